@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A node whose parameters are the fields of a frozen dataclass, and the main of every node."""
+
+from __future__ import annotations
+
+import dataclasses
+import logging
+import sys
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
+
+import rclpy
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.node import Node
+
+from uncom_common.exceptions import UncomError
+
+ConfigT = TypeVar("ConfigT")
+
+
+class ConfiguredNode(Node, Generic[ConfigT]):
+    """A node with `self.config`, read once from its parameters.
+
+    Every field of the configuration class is declared as a parameter of the same name with the field's default
+    (a nested default is typed nowhere else); `field(metadata={"description": ...})` becomes its description.
+    Tuples are arrays in ROS. The class's own `__post_init__` rejects bad values.
+    """
+
+    def __init__(self, name: str, config_class: type[ConfigT], **node_options: Any) -> None:
+        """Declare the parameters and gather them in `config`."""
+        super().__init__(name, **node_options)
+        values: dict[str, Any] = {}
+        for field in dataclasses.fields(config_class):  # type: ignore[arg-type]
+            default = field.default if field.default is not dataclasses.MISSING else field.default_factory()  # type: ignore[misc]
+            descriptor = ParameterDescriptor(description=field.metadata.get("description", ""), dynamic_typing=False)
+            declared = list(default) if isinstance(default, tuple) else default
+            value = self.declare_parameter(field.name, declared, descriptor).value
+            values[field.name] = tuple(value) if isinstance(default, tuple) else value
+        self.config: ConfigT = config_class(**values)
+
+
+def run_node(make_node: Callable[[], Node], args: list[str] | None = None, threads: int = 2) -> int:
+    """Spin one node until it is told to stop; the body of every node's main. Returns the exit status.
+
+    An UncomError at start is one line on standard error and status 2.
+    """
+    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
+    rclpy.init(args=args)
+    node: Node | None = None
+    executor = MultiThreadedExecutor(num_threads=threads)
+    try:
+        node = make_node()
+        executor.add_node(node)
+        executor.spin()
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except UncomError as error:
+        sys.stderr.write(f"error: {error}\n")
+        return 2
+    finally:
+        executor.shutdown(timeout_sec=2.0)
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Errors of uncom_common."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+class UncomError(Exception):
+    """Base of every error that an UNCOM package raises; its text is one line for the user."""
+
+
+class InvalidConfigError(UncomError, ValueError):
+    """A configuration value is not usable."""
+
+    def __init__(self, name: str, value: object, why: str) -> None:
+        """Keep the offending name and value."""
+        self.name = name
+        self.value = value
+        super().__init__(f"parameter {name}={value!r}: {why}")
+
+
+class TransformError(UncomError, LookupError):
+    """A transform is not known (yet) or frames are not connected."""
+
+    def __init__(self, target_frame: str, source_frame: str, why: str, known: Iterable[str] = ()) -> None:
+        """Keep both frames; list the known ones."""
+        self.target_frame = target_frame
+        self.source_frame = source_frame
+        frames = ", ".join(sorted(known))
+        super().__init__(
+            f"no transform {source_frame} -> {target_frame}: {why}" + (f" (known frames: {frames})" if frames else "")
+        )
+
+
+class ImageFormatError(UncomError, ValueError):
+    """An image has an encoding or a size that cannot be read."""
