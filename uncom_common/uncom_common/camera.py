@@ -57,4 +57,4 @@ class PinholeCamera:
         """Return the unit direction (3,) in the optical frame that a pixel (2,) looks along."""
         u, v = np.asarray(pixel, dtype=float)
         direction = np.array([(u - self.cx) / self.fx, (v - self.cy) / self.fy, 1.0])
-        return direction / np.linalg.norm(direction)
+        return np.asarray(direction / np.linalg.norm(direction))

@@ -7,7 +7,7 @@ import dataclasses
 import logging
 import sys
 from collections.abc import Callable
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import rclpy
 from rcl_interfaces.msg import ParameterDescriptor
@@ -16,7 +16,16 @@ from rclpy.node import Node
 
 from uncom_common.exceptions import UncomError
 
-ConfigT = TypeVar("ConfigT")
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+ConfigT = TypeVar("ConfigT", bound="DataclassInstance")
+
+
+def _default(field: dataclasses.Field[Any]) -> Any:
+    if field.default_factory is not dataclasses.MISSING:
+        return field.default_factory()
+    return field.default
 
 
 class ConfiguredNode(Node, Generic[ConfigT]):
@@ -31,8 +40,8 @@ class ConfiguredNode(Node, Generic[ConfigT]):
         """Declare the parameters and gather them in `config`."""
         super().__init__(name, **node_options)
         values: dict[str, Any] = {}
-        for field in dataclasses.fields(config_class):  # type: ignore[arg-type]
-            default = field.default if field.default is not dataclasses.MISSING else field.default_factory()  # type: ignore[misc]
+        for field in dataclasses.fields(config_class):
+            default = _default(field)
             descriptor = ParameterDescriptor(description=field.metadata.get("description", ""), dynamic_typing=False)
             declared = list(default) if isinstance(default, tuple) else default
             value = self.declare_parameter(field.name, declared, descriptor).value

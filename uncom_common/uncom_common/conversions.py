@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 from builtin_interfaces.msg import Duration, Time
@@ -87,7 +89,7 @@ def stamped_transform_to_msg(transform: StampedTransform) -> TransformStamped:
 
 
 def camera_from_msg(msg: CameraInfo) -> PinholeCamera:
-    """Read the intrinsics of a camera (distortion is taken to be rectified away, as on `rgb/image_raw` of the robot)."""
+    """Read the intrinsics of a camera whose images are rectified (or hardly distorted, as the robot's head camera)."""
     return PinholeCamera(int(msg.width), int(msg.height), msg.k[0], msg.k[4], msg.k[2], msg.k[5])
 
 
@@ -140,7 +142,7 @@ def depth_from_msg(msg: Image) -> npt.NDArray[np.float32]:
         ImageFormatError: another encoding, or too few bytes.
     """
     if msg.encoding == "32FC1":
-        depth = _rows(msg, np.dtype(np.float32), 1).copy()
+        depth = _rows(msg, np.dtype(np.float32), 1).astype(np.float32)
     elif msg.encoding in ("16UC1", "mono16"):
         depth = _rows(msg, np.dtype(np.uint16), 1).astype(np.float32) * np.float32(0.001)
     else:
@@ -157,7 +159,7 @@ def depth_to_msg(depth: npt.NDArray[np.float32], header: Header) -> Image:
     return msg
 
 
-def _rows(msg: Image, dtype: np.dtype[np.generic], channels: int) -> npt.NDArray[np.generic]:
+def _rows(msg: Image, dtype: np.dtype[np.generic], channels: int) -> npt.NDArray[Any]:
     """Return the pixels (H, W * channels) of a message, its row padding removed."""
     used = msg.width * channels * dtype.itemsize
     step = msg.step or used
@@ -178,9 +180,7 @@ def cloud_from_msg(msg: PointCloud2) -> npt.NDArray[np.float32]:
 def cloud_to_msg(points: npt.ArrayLike, header: Header) -> PointCloud2:
     """Write points (N, 3) [m] as a cloud of x y z float32."""
     data = np.ascontiguousarray(points, dtype=np.float32).reshape(-1, 3)
-    fields = [
-        PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1) for i, name in enumerate("xyz")
-    ]
+    fields = [PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1) for i, name in enumerate("xyz")]
     msg = PointCloud2(header=header, height=1, width=len(data), fields=fields, point_step=12, is_dense=True)
     msg.row_step = 12 * len(data)
     msg.data = data.tobytes()
