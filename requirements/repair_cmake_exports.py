@@ -9,7 +9,7 @@ import re
 import sys
 import sysconfig
 
-import numpy
+import numpy as np
 
 PYTHON_INCLUDE = re.compile(r"/opt/python/[^;\"\s]*?/include/python3\.\d+")
 NUMPY_INCLUDE = re.compile(r"/opt/python/[^;\"\s]*?/site-packages/numpy/(?:_core|core)/include")
@@ -21,7 +21,7 @@ def main() -> None:
     changed = 0
     for export in share.rglob("*.cmake"):
         before = export.read_text(encoding="utf-8")
-        after = NUMPY_INCLUDE.sub(numpy.get_include(), before)
+        after = NUMPY_INCLUDE.sub(np.get_include(), before)
         after = PYTHON_INCLUDE.sub(sysconfig.get_paths()["include"], after)
         if after != before:
             # The installer links files into its cache: replace this one, never write through the link.
