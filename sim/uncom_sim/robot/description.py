@@ -142,4 +142,5 @@ def tiago_urdf() -> str:
         robot.extend(gripper_elements(side, f"wrist_{side}_ft_tool_link"))
     _sound_inertias(robot)
     robot.set("name", "tiago_dual")
+    ET.indent(robot)  # PyBullet misreads very long lines
     return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode")
