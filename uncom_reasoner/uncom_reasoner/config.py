@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What can be set: the parameters of the reasoner node, and those of grounding itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from uncom_common.exceptions import InvalidConfigError
+
+
+
+@dataclass(frozen=True, slots=True)
+class PlacingConfig:
+    """How places are chosen [m]."""
+
+    clearance_m: float = 0.02
+    edge_margin_m: float = 0.02
+    cell_m: float = 0.06
+    reach_max_m: float = 0.75
+    reach_min_m: float = 0.25
+    shoulder_y_m: float = 0.19
+    base_frame: str = "base_footprint"
+    perspective: str = "robot"
+
+    def __post_init__(self) -> None:
+        """Reject unusable values."""
+        if self.perspective not in ("robot", "speaker"):
+            raise InvalidConfigError("perspective", self.perspective, "choose robot or speaker")
+        if not 0.02 <= self.cell_m <= 0.3:
+            raise InvalidConfigError("cell_m", self.cell_m, "use a size between 0.02 and 0.3 m")
+        if not 0.0 <= self.reach_min_m < self.reach_max_m:
+            raise InvalidConfigError("reach_max_m", self.reach_max_m, "must be greater than reach_min_m")
+
+
+@dataclass(frozen=True)
+class ReasonerConfig:
+    """Parameters of reasoner_node."""
+
+    base_frame: str = field(default="base_footprint", metadata={"description": "frame of grounded commands"})
+    weights_file: str = field(default="", metadata={"description": "YAML of the posterior's weights; empty: shipped"})
+    perspective: str = field(default="robot", metadata={"description": "whose left and right: robot or speaker"})
+    reliable_images: bool = field(default=True, metadata={"description": "reliable image subscriptions; else best effort"})
+    use_depth: bool = field(default=True, metadata={"description": "use depth_registered images when they come"})
+    buffer_s: float = field(default=10.0, metadata={"description": "how long images are kept [s]"})
+    buffer_hz: float = field(default=8.0, metadata={"description": "most images kept a second [1/s]"})
+    hands_keep_s: float = field(default=20.0, metadata={"description": "how long hands are kept [s]"})
+    late_pointing_s: float = field(default=0.6, metadata={"description": "wait for hands after the last word [s]"})
+    wait_timeout_s: float = field(default=2.0, metadata={"description": "longest wait for hands and images [s]"})
+    detect_timeout_s: float = field(default=15.0, metadata={"description": "longest wait for the detector, wall time [s]"})
+    hand_free_before_s: float = field(default=0.4, metadata={"description": "no hand this long before a scene frame [s]"})
+    hand_free_after_s: float = field(default=0.8, metadata={"description": "no hand this long after a scene frame [s]"})
+    clearance_m: float = field(default=0.02, metadata={"description": "gap kept to other things [m]"})
+    edge_margin_m: float = field(default=0.02, metadata={"description": "gap kept to the table's edge [m]"})
+    cell_m: float = field(default=0.06, metadata={"description": "size of Voronoi cells [m]"})
+    reach_max_m: float = field(default=0.75, metadata={"description": "farthest place from a shoulder, level [m]"})
+    reach_min_m: float = field(default=0.25, metadata={"description": "nearest place to a shoulder, level [m]"})
+
+    def __post_init__(self) -> None:
+        """Reject unusable values."""
+        for name in ("buffer_s", "buffer_hz", "hands_keep_s", "wait_timeout_s", "detect_timeout_s"):
+            if getattr(self, name) <= 0.0:
+                raise InvalidConfigError(name, getattr(self, name), "must be positive")
+        self.placing()
+
+    def placing(self) -> PlacingConfig:
+        """Return the part that placing needs."""
+        return PlacingConfig(
+            clearance_m=self.clearance_m,
+            edge_margin_m=self.edge_margin_m,
+            cell_m=self.cell_m,
+            reach_max_m=self.reach_max_m,
+            reach_min_m=self.reach_min_m,
+            base_frame=self.base_frame,
+            perspective=self.perspective,
+        )

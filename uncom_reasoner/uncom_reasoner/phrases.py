@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the detector is asked for: noun phrases without places, sizes to compare, or pointing words."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from uncom_language.types import Command, Reference
+
+OBJECTS = "objects"
+CONTAINER = "container"
+
+GENERIC_HEADS = frozenset(
+    "thing things object objects item items one ones stuff something anything this that these those it them here there".split()
+)
+TABLE_HEADS = frozenset("table desk tabletop counter countertop surface worktop".split())
+PLACE_HEADS = frozenset("here there place spot area space position location".split())
+SUBSTITUTES = frozenset(("one", "ones"))
+# words that compare things of a kind; the value says which way to sort
+POSITION_WORDS = {
+    "left": "left", "leftmost": "left", "right": "right", "rightmost": "right",
+    "front": "near", "frontmost": "near", "nearest": "near", "closest": "near", "closer": "near", "nearer": "near",
+    "back": "far", "rear": "far", "far": "far", "farthest": "far", "furthest": "far", "farther": "far", "further": "far",
+    "middle": "middle", "center": "middle", "centre": "middle", "central": "middle",
+}  # fmt: skip
+SIZE_WORDS = {
+    "big": "large", "bigger": "large", "biggest": "large", "large": "large", "larger": "large", "largest": "large",
+    "small": "small", "smaller": "small", "smallest": "small", "little": "small", "tiny": "small",
+    "tall": "tall", "taller": "tall", "tallest": "tall", "short": "low", "shorter": "low", "shortest": "low",
+    "long": "long", "longer": "long", "longest": "long",
+}  # fmt: skip
+
+
+def is_bare(reference: Reference) -> bool:
+    """Whether a reference names no kind of thing ("this", "that thing", "it")."""
+    return reference.head.lower() in GENERIC_HEADS or not reference.head
+
+
+def is_place_word(reference: Reference) -> bool:
+    """Whether a reference is a place that is only pointed at ("here", "this spot")."""
+    return reference.head.lower() in PLACE_HEADS or (not reference.head and reference.deictic in ("here", "there"))
+
+
+def is_table(reference: Reference) -> bool:
+    """Whether a reference is the support itself."""
+    return reference.head.lower() in TABLE_HEADS
+
+
+def detector_phrase(reference: Reference, antecedent: str = "") -> str:
+    """Return the noun phrase that the detector is asked for.
+
+    Words that compare or locate are left out (the reasoner weighs them itself); "one" takes the noun that it stands for.
+    """
+    kept = [m for m in reference.modifiers if m.lower() not in POSITION_WORDS and m.lower() not in SIZE_WORDS]
+    head = reference.head.lower()
+    if head in SUBSTITUTES and antecedent:
+        return " ".join([*kept, antecedent])
+    if is_bare(reference) or is_place_word(reference) or is_table(reference):
+        return " ".join([*kept, "object"]) if kept and not is_place_word(reference) else OBJECTS
+    words = [w for w in reference.text.lower().split() if w not in POSITION_WORDS and w not in SIZE_WORDS]
+    return " ".join(words) or head
+
+
+def comparisons(reference: Reference) -> tuple[str, ...]:
+    """Return the ways in which the wanted thing stands out among its kind: left, right, near, far, middle, large, ..."""
+    words = [m.lower() for m in reference.modifiers]
+    return tuple((POSITION_WORDS | SIZE_WORDS)[w] for w in words if w in POSITION_WORDS or w in SIZE_WORDS)
+
+
+def antecedent_of(command: Command, remembered: str = "") -> str:
+    """Return the noun that "one" stands for in a command: that of its object, else the remembered one."""
+    thing = command.object
+    return thing.head.lower() if thing is not None and not is_bare(thing) else remembered
+
+
+def references_of(command: Command) -> Iterator[Reference]:
+    """Yield all references of a command, the nested ones too."""
+    pending = [command.object, command.target, command.reference2]
+    while pending:
+        reference = pending.pop(0)
+        if reference is not None:
+            yield reference
+            pending.append(reference.anchor)
+
+
+def phrases_of(command: Command, remembered: str = "") -> tuple[str, ...]:
+    """Return every phrase that grounding a command needs scores for, without repetition."""
+    antecedent = antecedent_of(command, remembered)
+    named = [detector_phrase(reference, antecedent) for reference in references_of(command)]
+    return tuple(dict.fromkeys([*named, CONTAINER, OBJECTS]))
+
+
+def any_will_do(reference: Reference, command: Command) -> bool:
+    """Whether the speaker left the choice open ("a banana", "any apple"): every such thing is right."""
+    if reference.deictic or reference.anchor is not None or reference.other:
+        return False
+    phrase = re.escape(reference.text.lower())
+    return bool(phrase) and re.search(rf"\b(a|an|any|some|one)\s+{phrase}\b", command.text.lower()) is not None

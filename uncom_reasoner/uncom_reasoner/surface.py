@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The support as a plane with its own coordinates, in metres with depth and in pixels without.
+
+Metric plane coordinates are x away from the robot and y to its left, z upwards from the support; for a scene in the base
+frame they are that frame's x and y. Without depth they are the image's u and v, and `unit` guesses pixels per metre.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely.geometry import MultiPoint, Polygon, box
+
+from uncom_common.transforms import apply, invert
+from uncom_perception.types import Detection, Scene, TableSurface
+from uncom_reasoner.config import PlacingConfig
+from uncom_reasoner.types import FloatArray, View
+
+ASSUMED_TABLE_WIDTH_M = 1.0  # a table seen without depth
+LEAST_POINTS = 8  # a cloud with fewer points has no outline of its own
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The support: outline, directions as the chosen side sees them, and the way to and from the scene's frame."""
+
+    polygon: Polygon | None
+    metric: bool
+    unit: float  # plane units per metre
+    right: FloatArray
+    far: FloatArray
+    scene_to_plane: FloatArray  # (4, 4); identity without depth
+    reach: tuple[tuple[float, float], ...] = ()  # shoulders, empty: unknown
+    reach_min: float = 0.0
+    reach_max: float = float("inf")
+
+    def to_plane(self, points: npt.ArrayLike) -> FloatArray:
+        """Map points (N, 3) of the scene's frame into plane coordinates (N, 3)."""
+        return apply(self.scene_to_plane, points)
+
+    def to_scene(self, points: npt.ArrayLike, z: float = 0.0) -> FloatArray:
+        """Map plane points (N, 2) at a height z into the scene's frame (N, 3)."""
+        flat = np.atleast_2d(np.asarray(points, dtype=float))
+        return apply(invert(self.scene_to_plane), np.column_stack([flat, np.full(len(flat), z)]))
+
+    def to_pixels(self, points: npt.ArrayLike, view: View, z: float = 0.0) -> FloatArray:
+        """Map plane points (N, 2) into the image (N, 2); NaN where that is not known."""
+        flat = np.atleast_2d(np.asarray(points, dtype=float))
+        if not self.metric:
+            return flat
+        if view.camera is None or view.transform_camera_to_scene is None:
+            return np.full_like(flat, np.nan)
+        return view.camera.project(apply(invert(view.transform_camera_to_scene), self.to_scene(flat, z)))
+
+    def reachable(self) -> Polygon | None:
+        """Return where an arm can place, or None if that is not known."""
+        if not self.reach:
+            return None
+        discs = [shapely.Point(s).buffer(self.reach_max).difference(shapely.Point(s).buffer(self.reach_min)) for s in self.reach]
+        return shapely.union_all(discs)
+
+
+def surface_of(scene: Scene, view: View, config: PlacingConfig) -> Surface:
+    """Describe the support of a scene; `polygon` is None where no table was seen."""
+    sign = -1.0 if config.perspective == "speaker" else 1.0
+    table = scene.table
+    if table is not None and len(table.polygon) >= 3:
+        return _metric_surface(scene, table, config, sign)
+    with_depth = [d.geometry for d in scene.detections if d.geometry is not None]
+    if with_depth and scene.frame_id == config.base_frame:
+        lowest = min(float(g.pose[2, 3] - g.size[2] / 2.0) for g in with_depth)
+        return _base_surface(None, lowest, config, sign)
+    return _image_surface(scene, view, sign)
+
+
+def _base_surface(polygon: Polygon | None, height: float, config: PlacingConfig, sign: float) -> Surface:
+    transform = np.eye(4)
+    transform[2, 3] = -height
+    y = config.shoulder_y_m
+    return Surface(
+        polygon,
+        metric=True,
+        unit=1.0,
+        right=np.array([0.0, -1.0]) * sign,
+        far=np.array([1.0, 0.0]) * sign,
+        scene_to_plane=transform,
+        reach=((0.0, y), (0.0, -y)),
+        reach_min=config.reach_min_m,
+        reach_max=config.reach_max_m,
+    )
+
+
+def _metric_surface(scene: Scene, table: TableSurface, config: PlacingConfig, sign: float) -> Surface:
+    if scene.frame_id == config.base_frame:
+        return _base_surface(_valid(Polygon(table.polygon[:, :2])), table.height_m, config, sign)
+    up = table.normal / np.linalg.norm(table.normal)
+    ahead = np.array([0.0, 0.0, 1.0]) - up[2] * up  # the optical axis along the table
+    if np.linalg.norm(ahead) < 1e-3:
+        ahead = np.array([0.0, -1.0, 0.0]) - up[1] * -up  # looking straight down: up in the image is far
+    ahead = ahead / np.linalg.norm(ahead)
+    rotation = np.stack([ahead, np.cross(up, ahead), up])
+    transform = np.eye(4)
+    transform[:3, :3] = rotation
+    transform[:3, 3] = -rotation @ table.polygon.mean(axis=0)
+    outline = _valid(Polygon(apply(transform, table.polygon)[:, :2]))
+    return Surface(
+        outline,
+        metric=True,
+        unit=1.0,
+        right=np.array([0.0, -1.0]) * sign,
+        far=np.array([1.0, 0.0]) * sign,
+        scene_to_plane=transform,
+    )
+
+
+def _image_surface(scene: Scene, view: View, sign: float) -> Surface:
+    outline = None
+    if scene.table is not None and len(scene.table.image_polygon) >= 3:
+        outline = _valid(Polygon(scene.table.image_polygon))
+    if outline is not None:
+        width = outline.bounds[2] - outline.bounds[0]
+    else:
+        width = float(view.camera.width) if view.camera is not None else 640.0
+    return Surface(
+        outline,
+        metric=False,
+        unit=width / ASSUMED_TABLE_WIDTH_M,
+        right=np.array([1.0, 0.0]) * sign,
+        far=np.array([0.0, -1.0]) * sign,
+        scene_to_plane=np.eye(4),
+    )
+
+
+def _valid(polygon: Polygon) -> Polygon:
+    """Return a simple polygon: an outline that crosses itself becomes its largest part."""
+    if polygon.is_valid:
+        return polygon
+    parts = [part for part in shapely.get_parts(shapely.make_valid(polygon)) if part.geom_type == "Polygon"]
+    return max(parts, key=lambda part: float(part.area)) if parts else polygon.convex_hull
+
+
+def footprint(detection: Detection, surface: Surface) -> Polygon:
+    """Return the outline (convex) of a thing on the plane: of its points, or of its mask without depth."""
+    geometry = detection.geometry
+    if surface.metric and geometry is not None:
+        if len(geometry.cloud) >= LEAST_POINTS:
+            points = surface.to_plane(geometry.cloud)[:, :2]
+        else:
+            half = geometry.size / 2.0
+            corners = np.array([[x, y, 0.0] for x in (-half[0], half[0]) for y in (-half[1], half[1])])
+            points = surface.to_plane(apply(geometry.pose, corners))[:, :2]
+        return _solid(MultiPoint(points).convex_hull, 0.005)
+    if surface.metric:
+        return Polygon()  # seen, but where on the table is unknown
+    rows, columns = np.nonzero(detection.mask)
+    if len(rows) < LEAST_POINTS:
+        b = detection.box
+        return box(b.x_min, b.y_min, b.x_max, b.y_max)
+    step = max(1, len(rows) // 2000)
+    return _solid(MultiPoint(np.column_stack([columns, rows])[::step]).convex_hull, 1.0)
+
+
+def _solid(hull: Polygon, least: float) -> Polygon:
+    return hull if hull.geom_type == "Polygon" and hull.area > 0.0 else hull.buffer(least)
+
+
+def centre_of(polygon: Polygon) -> FloatArray:
+    """Return the centroid (2,) of an outline."""
+    return np.array([polygon.centroid.x, polygon.centroid.y])

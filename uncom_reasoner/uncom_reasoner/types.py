@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Values of deciding. Positions on the support are (2,) in plane coordinates (see surface.py); probabilities are 0 to 1."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+import numpy.typing as npt
+
+from uncom_common.camera import PinholeCamera
+from uncom_language.types import Command
+from uncom_perception.types import Box, Detection, Scene, TableSurface
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class Status(IntEnum):
+    """How a command ended; the constants of GroundedCommand.msg."""
+
+    GROUNDED = 0
+    FAILED = 1
+    AMBIGUOUS = 2
+
+
+class TargetKind(IntEnum):
+    """What the target is; the constants of GroundedTarget.msg."""
+
+    NONE = 0
+    OBJECT = 1
+    AREA = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Factor:
+    """One named log term of a candidate's probability."""
+
+    name: str
+    log: float
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """One thing ("d3"), place ("cell_7") or "none" that was weighed; the sum of its factors, normalised, is its probability."""
+
+    id: str
+    label: str
+    factors: tuple[Factor, ...]
+    probability: float
+    box: Box | None = None
+    chosen: bool = False
+
+    @property
+    def log(self) -> float:
+        """Sum of the log factors."""
+        return sum(factor.log for factor in self.factors)
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """The camera that saw the scene: intrinsics and transform_camera_to_scene (4, 4); either may be unknown."""
+
+    camera: PinholeCamera | None = None
+    transform_camera_to_scene: FloatArray | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RayObservation:
+    """The ray of one hand in one image: pixels always; tip, direction and eye (camera) (3,) in the scene frame if metric."""
+
+    stamp_s: float
+    hand: str
+    score: float
+    sigma_rad: float
+    width: int
+    tip_px: FloatArray
+    base_px: FloatArray
+    direction_px: FloatArray
+    tip: FloatArray | None = None
+    direction: FloatArray | None = None
+    eye: FloatArray | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Dwell:
+    """A stretch of time in which a hand pointed one way, its rays fused; stillness (N,) weighs its frames."""
+
+    hand: str
+    stamps_s: tuple[float, ...]
+    stillness: tuple[float, ...]
+    sigma_rad: float
+    width: int
+    finger_px: float
+    tip_px: FloatArray
+    direction_px: FloatArray
+    tip: FloatArray | None = None
+    direction: FloatArray | None = None
+    eye: FloatArray | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PhraseRay:
+    """The gesture of one phrase: dwells with their shares (summing to 1), and the frames' weight behind them."""
+
+    role: str
+    start_s: float
+    end_s: float
+    dwells: tuple[tuple[Dwell, float], ...] = ()
+    weight: float = 0.0
+
+    @property
+    def present(self) -> bool:
+        """Whether there is a gesture for the phrase."""
+        return bool(self.dwells)
+
+
+@dataclass(frozen=True, slots=True)
+class TablePoint:
+    """Where a gesture meets the support: mean (2,) and covariance (2, 2) in plane coordinates."""
+
+    mean: FloatArray
+    covariance: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One Voronoi cell of the support: outline (N, 2), centre (2,), and what occupies it ("" is free)."""
+
+    id: str
+    polygon: FloatArray
+    centre: FloatArray
+    occupied_by: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class GroundedTarget:
+    """Where the moved thing is to end: pose (4, 4) of its footprint's centre on the support, and outline (N, 3), scene frame [m].
+
+    Without depth the pose is None and the area (N, 3) is in pixels with z 0.
+    """
+
+    kind: TargetKind = TargetKind.NONE
+    detection: Detection | None = None
+    pose: FloatArray | None = None
+    area: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The outcome of weighing the candidates of one part of a command."""
+
+    candidates: tuple[Candidate, ...]
+    chosen: str
+    probability: float
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """All that a decision rests on. `phrases` are those the scene's scores are for."""
+
+    command: Command
+    scene: Scene
+    phrases: tuple[str, ...]
+    view: View
+    rays: tuple[RayObservation, ...] = ()
+    object_frame_s: float = 0.0
+    target_frame_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class GroundedCommand:
+    """A command with its things and places found; the fields of GroundedCommand.msg."""
+
+    stamp_s: float
+    frame_id: str
+    utterance_id: str
+    index: int
+    status: Status
+    reason: str = ""
+    object_text: str = ""
+    action_text: str = ""
+    target_text: str = ""
+    primitive: str = "none"
+    relation: str = "none"
+    object: Detection | None = None
+    object_probability: float = 0.0
+    target: GroundedTarget = field(default_factory=GroundedTarget)
+    target_probability: float = 0.0
+    scene: tuple[Detection, ...] = ()
+    table: TableSurface | None = None
+    object_candidates: tuple[Candidate, ...] = ()
+    target_candidates: tuple[Candidate, ...] = ()
+    object_frame_s: float = 0.0
+    target_frame_s: float = 0.0
+    backends: tuple[str, ...] = ()
+    latency_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """A grounded command with what explains it: the gestures, the occupancy map and the reasons."""
+
+    grounded: GroundedCommand
+    object_ray: PhraseRay | None = None
+    target_ray: PhraseRay | None = None
+    target_point: TablePoint | None = None
+    cells: tuple[Cell, ...] = ()
+    refused: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()

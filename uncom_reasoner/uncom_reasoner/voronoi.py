@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The occupancy map: Voronoi cells of the support, of useful size, clipped to it (paper, section III-H).
+
+Seeds are spread evenly over the true outline (Lloyd's algorithm from a jittered grid, always the same), with more of them
+around things. A cell is occupied where it meets a footprint grown by the clearance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import shapely
+from scipy.spatial import Voronoi
+from shapely.geometry import Polygon
+
+from uncom_reasoner.types import Cell, FloatArray
+
+MOST_SEEDS = 900
+RELAXATIONS = 4
+
+
+def occupancy_map(
+    outline: Polygon, footprints: Mapping[str, Polygon], cell_size: float, clearance: float
+) -> tuple[Cell, ...]:
+    """Partition the outline into cells and say what occupies each.
+
+    Args:
+        outline: the support, any simple shape.
+        footprints: what stands on it, by id.
+        cell_size: wanted distance of seeds, in the outline's unit; cells near things have about half of it.
+        clearance: how much each footprint grows.
+    """
+    grown = {name: shape.buffer(clearance) for name, shape in footprints.items() if not shape.is_empty}
+    seeds = _seeds(outline, list(grown.values()), cell_size)
+    parts = _clipped(seeds, outline)
+    cells = []
+    for part in parts:
+        names = [name for name, shape in grown.items() if shape.intersects(part)]
+        cells.append(
+            Cell(
+                id=f"cell_{len(cells)}",
+                polygon=np.asarray(part.exterior.coords)[:-1],
+                centre=np.array([part.centroid.x, part.centroid.y]),
+                occupied_by=" ".join(names),
+            )
+        )
+    return tuple(cells)
+
+
+def _seeds(outline: Polygon, things: list[Polygon], size: float) -> FloatArray:
+    size = max(size, float(np.sqrt(outline.area / MOST_SEEDS)))
+    points = _grid(outline, size, seed=1)
+    fixed = [_ring(shape, size) for shape in things]
+    rings = np.vstack([r for r in fixed if len(r)]) if any(len(r) for r in fixed) else np.zeros((0, 2))
+    if len(rings):
+        rings = rings[shapely.contains_xy(outline, rings[:, 0], rings[:, 1])]
+    if len(rings):
+        far = np.linalg.norm(points[:, None, :] - rings[None, :, :], axis=2).min(axis=1) > 0.5 * size
+        points = points[far]
+    for _ in range(RELAXATIONS):
+        everything = np.vstack([points, rings]) if len(rings) else points
+        regions = _regions(everything, outline)
+        points = np.array([_centroid_in(regions[i], points[i]) for i in range(len(points))]).reshape(-1, 2)
+    return np.vstack([points, rings]) if len(rings) else points
+
+
+def _grid(outline: Polygon, size: float, seed: int) -> FloatArray:
+    x_min, y_min, x_max, y_max = outline.bounds
+    x = np.arange(x_min + size / 2.0, x_max, size)
+    y = np.arange(y_min + size / 2.0, y_max, size)
+    grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    grid = grid + np.random.default_rng(seed).uniform(-0.2, 0.2, grid.shape) * size
+    inside = grid[shapely.contains_xy(outline, grid[:, 0], grid[:, 1])] if len(grid) else grid
+    if len(inside):
+        return np.asarray(inside)
+    point = outline.representative_point()
+    return np.array([[point.x, point.y]])
+
+
+def _ring(shape: Polygon, size: float) -> FloatArray:
+    """Return seeds around a thing, a third of a cell away, closer together than elsewhere."""
+    ring = shape.buffer(size / 3.0).exterior
+    count = max(6, int(ring.length / (0.6 * size)))
+    points = [ring.interpolate(i / count, normalized=True) for i in range(count)]
+    return np.array([[p.x, p.y] for p in points])
+
+
+def _regions(seeds: FloatArray, outline: Polygon) -> list[Polygon]:
+    """Return each seed's part of the outline; distant helper seeds keep every region bounded."""
+    x_min, y_min, x_max, y_max = outline.bounds
+    span = 10.0 * max(x_max - x_min, y_max - y_min, 1e-6)
+    cx, cy = (x_min + x_max) / 2.0, (y_min + y_max) / 2.0
+    helpers = np.array([[cx - span, cy], [cx + span, cy], [cx, cy - span], [cx, cy + span]])
+    diagram = Voronoi(np.vstack([seeds, helpers]))
+    regions = [diagram.vertices[diagram.regions[diagram.point_region[i]]] for i in range(len(seeds))]
+    return [shapely.convex_hull(shapely.MultiPoint(r)).intersection(outline) for r in regions]
+
+
+def _clipped(seeds: FloatArray, outline: Polygon) -> list[Polygon]:
+    parts: list[Polygon] = []
+    for region in _regions(seeds, outline):
+        parts += [p for p in shapely.get_parts(region) if p.geom_type == "Polygon" and p.area > 1e-9 * outline.area]
+    return parts
+
+
+def _centroid_in(region: Polygon, seed: FloatArray) -> FloatArray:
+    if region.is_empty:
+        return seed
+    centroid = region.centroid
+    return np.array([centroid.x, centroid.y])
