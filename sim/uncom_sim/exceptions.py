@@ -3,8 +3,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from uncom_common.exceptions import UncomError
 
 
 class SimError(UncomError):
     """The simulated world or robot cannot be made or driven as asked."""
+
+
+class SceneError(SimError, ValueError):
+    """A scene or scenario cannot be used as it is written."""
+
+
+class UnknownKindError(SceneError):
+    """There is no such kind of object."""
+
+    def __init__(self, name: str, known: Iterable[str]) -> None:
+        """Keep the name; list the kinds."""
+        self.name = name
+        super().__init__(f"unknown kind {name!r}; kinds are: {', '.join(known)}")
+
+
+class UnknownColourError(SceneError):
+    """There is no such colour."""
+
+    def __init__(self, name: str, known: Iterable[str]) -> None:
+        """Keep the name; list the colours."""
+        self.name = name
+        super().__init__(f"unknown colour {name!r}; colours are: {', '.join(known)}")
+
+
+class VoiceError(SimError):
+    """The simulated person's voice cannot be made."""
