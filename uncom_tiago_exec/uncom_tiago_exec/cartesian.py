@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Straight motions of the hand: the pose is stepped along a line and the joints follow by continuation."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+from uncom_tiago_exec.collision import CollisionChecker
+from uncom_tiago_exec.exceptions import InCollisionError, PlanningError
+from uncom_tiago_exec.ik import IkSolver
+from uncom_tiago_exec.types import FloatArray
+
+STEP = 0.01  # [m]
+LARGEST_JUMP = 0.25  # [rad] a step of 1 cm never needs more, unless the arm flips
+LARGEST_TORSO_JUMP = 0.03  # [m]
+
+
+def interpolate_poses(start: FloatArray, end: FloatArray, count: int) -> list[FloatArray]:
+    """Return `count` poses (4, 4) after `start` on the straight line to `end`, the rotation turning evenly."""
+    shares = np.arange(1, count + 1) / count
+    rotations = Slerp([0.0, 1.0], Rotation.from_matrix(np.stack([start[:3, :3], end[:3, :3]])))(shares).as_matrix()
+    poses = []
+    for share, rotation in zip(shares, rotations, strict=True):
+        pose = np.eye(4)
+        pose[:3, :3] = rotation
+        pose[:3, 3] = (1.0 - share) * start[:3, 3] + share * end[:3, 3]
+        poses.append(pose)
+    return poses
+
+
+def straight_path(solver: IkSolver, checker: CollisionChecker, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Return joint positions (N, 8) that move the hand straight from configuration `start` to the pose `end` (4, 4).
+
+    Raises:
+        PlanningError: the arm reaches a limit, or would have to flip, on the way.
+        InCollisionError: something is in the way.
+    """
+    pose = solver.group.forward(start)
+    turn = float(np.linalg.norm(Rotation.from_matrix(pose[:3, :3].T @ end[:3, :3]).as_rotvec()))
+    count = max(1, int(np.ceil(max(float(np.linalg.norm(end[:3, 3] - pose[:3, 3])) / STEP, turn / 0.05))))
+    path = [np.asarray(start)]
+    for step_pose in interpolate_poses(pose, end, count):
+        q = solver.descend(step_pose, path[-1], iterations=15)
+        if q is None:
+            raise PlanningError(f"the {solver.group.side} arm cannot follow the straight line to its end")
+        jump = np.abs(q - path[-1])
+        if jump[1:].max() > LARGEST_JUMP or jump[0] > LARGEST_TORSO_JUMP:
+            raise PlanningError(f"the {solver.group.side} arm would have to turn over on the straight line")
+        path.append(q)
+    result = np.array(path)
+    hit = checker.first_collision(result)
+    if hit is not None:
+        pairs = checker.touching(hit)
+        text = ", ".join(f"{a} and {b}" for a, b in pairs[:2])
+        raise InCollisionError(f"something is in the way of the straight line ({text})", pairs)
+    return result

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Collision checks of torso and arm against the body, the scene, and with an object in the hand."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, field
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from uncom_tiago_exec.robot_model import ArmGroup, link_of_geometry
+from uncom_tiago_exec.self_collision import adjacent_pairs, disabled_pairs
+from uncom_tiago_exec.types import Attachment, FloatArray, Obstacle
+
+_LOG = logging.getLogger(__name__)
+HELD = "held"
+
+
+@dataclass(frozen=True, slots=True)
+class Margins:
+    """Least distances [m]: arm to scene, fingers to scene, robot to itself, held object to scene."""
+
+    scene: float = 0.01
+    fingers: float = 0.004
+    body: float = 0.004
+    held: float = 0.006
+
+
+@dataclass(frozen=True, slots=True)
+class Contacts:
+    """Contacts that are wanted: obstacles the fingers may touch, and obstacles the held object may touch."""
+
+    fingers: frozenset[str] = field(default_factory=frozenset)
+    held: frozenset[str] = field(default_factory=frozenset)
+
+
+def is_finger(link: str) -> bool:
+    """Tell whether a link is a finger of a gripper."""
+    return link.endswith("finger_link")
+
+
+class CollisionChecker:
+    """Checks configurations of one group in one scene; margins and allowed contacts are fixed when it is made."""
+
+    def __init__(
+        self,
+        group: ArmGroup,
+        obstacles: tuple[Obstacle, ...] = (),
+        margins: Margins | None = None,
+        contacts: Contacts | None = None,
+        attachment: Attachment | None = None,
+    ) -> None:
+        """Build the broad phase (about 2 ms)."""
+        self.group = group
+        self.margins = margins or Margins()
+        self.contacts = contacts or Contacts()
+        self.checks = 0
+        self._geometry = group.geometry.copy()
+        robot_count = len(self._geometry.geometryObjects)
+        self._names = [link_of_geometry(g.name) for g in self._geometry.geometryObjects]
+        self._kinds = ["robot"] * robot_count
+        for obstacle in obstacles:
+            self._add(obstacle, 0, 0, pin.SE3(obstacle.pose), "scene")
+        if attachment is not None:
+            frame = group.model.frames[group.tool]
+            for part in attachment.parts:
+                self._add(part, frame.parentJoint, group.tool, frame.placement * pin.SE3(part.pose), HELD)
+        self._margins = self._make_pairs()
+        self._rebuild()
+
+    def _add(self, obstacle: Obstacle, joint: int, frame: int, placement: Any, kind: str) -> None:
+        x, y, z = obstacle.size
+        shape = coal.Box(x, y, z) if obstacle.shape == "box" else coal.Cylinder(x / 2.0, z)
+        name = f"{kind}:{obstacle.name}:{len(self._names)}"
+        self._geometry.addGeometryObject(pin.GeometryObject(name, joint, frame, placement, shape))
+        self._names.append(HELD if kind == HELD else obstacle.name)
+        self._kinds.append(kind)
+
+    def _make_pairs(self) -> list[float]:
+        """Choose the pairs to check; return the margin of each."""
+        geometry, model = self._geometry, self.group.model
+        skip = disabled_pairs() | adjacent_pairs(model, self.group.geometry)
+        geometry.removeAllCollisionPairs()
+        margins = []
+        for i in range(len(self._names)):
+            for j in range(i + 1, len(self._names)):
+                margin = self._pair_margin(i, j, skip)
+                if margin is not None:
+                    geometry.addCollisionPair(pin.CollisionPair(i, j))
+                    margins.append(margin)
+        return margins
+
+    def _pair_margin(self, i: int, j: int, skip: frozenset[frozenset[str]]) -> float | None:
+        objects = self._geometry.geometryObjects
+        a, b, kinds = self._names[i], self._names[j], (self._kinds[i], self._kinds[j])
+        if objects[i].parentJoint == objects[j].parentJoint:
+            return None
+        if kinds == ("robot", "robot"):
+            return None if frozenset((a, b)) in skip else self.margins.body
+        if kinds == ("robot", "scene"):
+            if objects[i].parentJoint == 0:
+                return None  # the base stands still; the other arm goes up and down with the torso
+            if is_finger(a):
+                return None if b in self.contacts.fingers else self.margins.fingers
+            return self.margins.scene if b not in self.contacts.fingers else 0.0
+        if kinds == ("robot", HELD):
+            return self.margins.body
+        if kinds == ("scene", HELD):
+            return None if a in self.contacts.held else self.margins.held
+        return None
+
+    def _rebuild(self) -> None:
+        self._data = self.group.model.createData()
+        self._gdata = self._geometry.createData()
+        for request, margin in zip(self._gdata.collisionRequests, self._margins, strict=True):
+            request.security_margin = margin
+        self._manager = pin.TreeBroadPhaseManager_DynamicAABBTreeCollisionManager(
+            self.group.model, self._geometry, self._gdata
+        )
+
+    def is_free(self, q: FloatArray) -> bool:
+        """Tell whether a configuration (8,) keeps every margin."""
+        self.checks += 1
+        return not pin.computeCollisions(self.group.model, self._data, self._manager, q, True)
+
+    def touching(self, q: FloatArray) -> tuple[tuple[str, str], ...]:
+        """Return the names of all pairs that do not keep their margin."""
+        return tuple(dict.fromkeys((self._pair_names(k)) for k in self._violations(q)))
+
+    def relax_at(self, q: FloatArray) -> tuple[tuple[str, str], ...]:
+        """Lower the margins that a start configuration does not keep to what it has; return what still touches.
+
+        A margin never becomes less than zero: pairs that truly touch stay forbidden and are returned.
+        """
+        stuck = []
+        for k in self._violations(q):
+            pair = self._geometry.collisionPairs[k]
+            request, result = coal.DistanceRequest(), coal.DistanceResult()
+            first, second = (self._geometry.geometryObjects[i].geometry for i in (pair.first, pair.second))
+            distance = coal.distance(
+                first, _transform(self._gdata.oMg[pair.first]), second, _transform(self._gdata.oMg[pair.second]),
+                request, result,
+            )
+            if distance <= 1e-4:
+                stuck.append(self._pair_names(k))
+            self._margins[k] = float(max(0.0, min(self._margins[k], 0.9 * distance - 1e-4)))
+        self._rebuild()
+        return tuple(dict.fromkeys(stuck))
+
+    def _pair_names(self, k: int) -> tuple[str, str]:
+        pair = self._geometry.collisionPairs[k]
+        return self._names[pair.first], self._names[pair.second]
+
+    def _violations(self, q: FloatArray) -> list[int]:
+        pin.updateGeometryPlacements(self.group.model, self._data, self._geometry, self._gdata, q)
+        pin.computeCollisions(self._geometry, self._gdata, False)
+        return [k for k, result in enumerate(self._gdata.collisionResults) if result.isCollision()]
+
+    def path_is_free(self, path: FloatArray, step: float = 0.005) -> bool:
+        """Check a polyline (N, 8) at every `step` [rad, or m] of its fastest joint."""
+        return self.first_collision(path, step) is None
+
+    def first_collision(self, path: FloatArray, step: float = 0.005) -> FloatArray | None:
+        """Return the first configuration of a polyline (N, 8) that does not keep its margins, or None."""
+        for q in densify(path, step):
+            if not self.is_free(q):
+                return q
+        return None
+
+
+def densify(path: FloatArray, step: float) -> FloatArray:
+    """Return a polyline (N, J) with points added so that no joint moves more than `step` between two."""
+    if len(path) < 2:
+        return np.asarray(path)
+    pieces = [path[:1]]
+    for a, b in zip(path[:-1], path[1:], strict=True):
+        count = max(1, int(np.ceil(np.abs(b - a).max() / step)))
+        pieces.append(a + (b - a) * (np.arange(1, count + 1) / count)[:, None])
+    return np.vstack(pieces)
+
+
+def _transform(placement: Any) -> Any:
+    return coal.Transform3s(placement.rotation, placement.translation)

@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The robot for planning: kinematics and collision shapes from its URDF, one torso and arm group per side."""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+import warnings
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from uncom_tiago_exec.exceptions import RobotModelError
+from uncom_tiago_exec.types import FloatArray, Side
+
+_LOG = logging.getLogger(__name__)
+_IGNORED_LINKS = re.compile(r"caster|wheel|antenna|suspension|cover|sonar|mic")
+TORSO_JOINT = "torso_lift_joint"
+HEAD_JOINTS = ("head_1_joint", "head_2_joint")
+
+
+def arm_joints(side: Side) -> tuple[str, ...]:
+    """Return the seven joints of an arm in the order of its controller."""
+    return tuple(f"arm_{side}_{i}_joint" for i in range(1, 8))
+
+
+def group_joints(side: Side) -> tuple[str, ...]:
+    """Return torso and arm joints, the order of every joint vector here."""
+    return (TORSO_JOINT, *arm_joints(side))
+
+
+def finger_joints(side: Side) -> tuple[str, str]:
+    """Return the two finger joints in the order of the gripper controller."""
+    return (f"gripper_{side}_right_finger_joint", f"gripper_{side}_left_finger_joint")
+
+
+def link_of_geometry(name: str) -> str:
+    """Return the link a collision shape belongs to; Pinocchio names shapes link_0, link_1, ..."""
+    return re.sub(r"_\d+$", "", name)
+
+
+def package_directories() -> list[str]:
+    """Return the folders in which package:// names are looked up: ROS, ament index, and installed wheels."""
+    found = [p for p in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if p]
+    found += [str(Path(p) / "share") for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
+    found.append(str(Path(pin.__file__).parents[4] / "share"))
+    found += [str(p) for p in Path(pin.__file__).parents[2].glob("cmeel.prefix/share")]
+    known = [p for p in dict.fromkeys(found) if Path(p).is_dir()]
+    return known + [str(robots) for p in known if (robots := Path(p) / "example-robot-data" / "robots").is_dir()]
+
+
+@dataclass(frozen=True, slots=True)
+class GripperShape:
+    """The gripper in its grasping frame (x approach, y opening, z across the pads) [m].
+
+    tip: x of the finger tips; palm: x of the palm's front; thickness: of a finger along y;
+    half_width: of a pad along z; open: greatest gap between the pads; body: half extents of the palm in y and z.
+    """
+
+    tip: float
+    palm: float
+    thickness: float
+    half_width: float
+    open: float
+    body: tuple[float, float]
+    zero_gap: float = 0.0
+
+
+class RobotModel:
+    """A whole robot as its URDF describes it."""
+
+    def __init__(self, urdf: str, package_dirs: Iterable[str] | None = None) -> None:
+        """Parse URDF text and load its collision meshes.
+
+        Raises:
+            RobotModelError: not a URDF, a mesh is missing, or the joints of a TIAGo++ are not all there.
+        """
+        directories = list(package_dirs) if package_dirs is not None else package_directories()
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                self.model: Any = pin.buildModelFromXML(urdf)
+                self.geometry: Any = pin.buildGeomFromUrdfString(
+                    self.model, urdf, pin.GeometryType.COLLISION, directories
+                )
+        except (ValueError, RuntimeError) as err:
+            first = str(err).splitlines()[0] if str(err) else "unknown"
+            raise RobotModelError(f"/robot_description cannot be used for planning: {first}") from err
+        wanted = {TORSO_JOINT, *(j for s in ("left", "right") for j in (*arm_joints(s), *finger_joints(s)))}
+        missing = sorted(wanted - set(self.model.names))
+        if missing:
+            raise RobotModelError(f"/robot_description lacks joints of a TIAGo++ with grippers: {', '.join(missing)}")
+        for name in [g.name for g in self.geometry.geometryObjects if _ignored(g)]:
+            self.geometry.removeGeometryObject(name)
+
+    def configuration(self, positions: Mapping[str, float]) -> FloatArray:
+        """Return the full configuration with the given joints set and all others neutral."""
+        q = np.array(pin.neutral(self.model))
+        for name, value in positions.items():
+            if self.model.existJointName(name):
+                joint = self.model.joints[self.model.getJointId(name)]
+                if joint.nq == 1:
+                    q[joint.idx_q] = value
+        return q
+
+    def group(self, side: Side, positions: Mapping[str, float]) -> ArmGroup:
+        """Return torso and one arm, all other joints locked where they are."""
+        wanted = group_joints(side)
+        locked = [i for i in range(1, self.model.njoints) if self.model.names[i] not in wanted]
+        model, geometry = pin.buildReducedModel(self.model, self.geometry, locked, self.configuration(positions))
+        return ArmGroup(side, model, geometry, self.gripper(side))
+
+    def gripper(self, side: Side) -> GripperShape:
+        """Measure the gripper's collision shapes in the grasping frame, fingers closed."""
+        data = self.model.createData()
+        gdata = self.geometry.createData()
+        q = self.configuration({})
+        pin.framesForwardKinematics(self.model, data, q)
+        pin.updateGeometryPlacements(self.model, data, self.geometry, gdata)
+        frame = f"gripper_{side}_grasping_frame"
+        if not self.model.existFrame(frame):
+            raise RobotModelError(f"/robot_description lacks the frame {frame}")
+        base = data.oMf[self.model.getFrameId(frame)].inverse()
+        boxes: dict[str, FloatArray] = {}
+        for i, geometry in enumerate(self.geometry.geometryObjects):
+            link = link_of_geometry(geometry.name)
+            if link.startswith(f"gripper_{side}"):
+                corners = _corners(geometry, base * gdata.oMg[i])
+                key = "finger_a" if "right_finger" in link else "finger_b" if "left_finger" in link else "palm"
+                boxes[key] = np.vstack([boxes[key], corners]) if key in boxes else corners
+        if set(boxes) != {"finger_a", "finger_b", "palm"}:
+            raise RobotModelError(f"the gripper on the {side} has no collision shapes for palm and both fingers")
+        a, b, palm = boxes["finger_a"], boxes["finger_b"], boxes["palm"]
+        if a[:, 1].mean() < b[:, 1].mean():
+            a, b = b, a
+        strokes = sum(
+            float(self.model.upperPositionLimit[self.model.joints[self.model.getJointId(j)].idx_q])
+            for j in finger_joints(side)
+        )
+        gap = float(a[:, 1].min() - b[:, 1].max())
+        return GripperShape(
+            tip=float(min(a[:, 0].max(), b[:, 0].max())),
+            palm=float(palm[:, 0].max()),
+            thickness=float(np.ptp(a[:, 1])),
+            half_width=float(np.ptp(a[:, 2]) / 2.0),
+            open=strokes + min(gap, 0.0) if gap < 0 else strokes + gap,
+            body=(float(np.abs(palm[:, 1]).max()), float(np.abs(palm[:, 2]).max())),
+            zero_gap=gap,
+        )
+
+
+def _ignored(geometry: Any) -> bool:
+    return _IGNORED_LINKS.search(geometry.name) is not None
+
+
+def _corners(geometry: Any, placement: Any) -> FloatArray:
+    """Return the corners (8, 3) of a shape's local bounding box in another frame."""
+    shape = geometry.geometry
+    shape.computeLocalAABB()
+    low, high = np.array(shape.aabb_local.min_), np.array(shape.aabb_local.max_)
+    corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+    return corners @ placement.rotation.T + placement.translation
+
+
+class ArmGroup:
+    """Torso and one arm (8 joints) with kinematics of the grasping frame; other joints are part of the body."""
+
+    def __init__(self, side: Side, model: Any, geometry: Any, gripper: GripperShape, inset: float = 0.004) -> None:
+        """Wrap a reduced model; limits are kept `inset` [rad, m/10] inside those of the URDF."""
+        self.side: Side = side
+        self.model = model
+        self.geometry = geometry
+        self.gripper = gripper
+        self.data = model.createData()
+        self.joint_names = tuple(str(n) for n in list(model.names)[1:])
+        if self.joint_names != group_joints(side):
+            raise RobotModelError(f"unexpected joint order {', '.join(self.joint_names)}")
+        scale = np.array([inset / 10.0] + [inset] * 7)
+        self.lower: FloatArray = np.array(model.lowerPositionLimit) + scale
+        self.upper: FloatArray = np.array(model.upperPositionLimit) - scale
+        self.velocity: FloatArray = np.array(model.velocityLimit)
+        self.tool = model.getFrameId(f"gripper_{side}_grasping_frame")
+
+    def clamp(self, q: FloatArray) -> FloatArray:
+        """Return the nearest configuration inside the limits."""
+        return np.clip(q, self.lower, self.upper)
+
+    def vector(self, positions: Mapping[str, float]) -> FloatArray:
+        """Read this group's joint vector (8,) from named positions."""
+        return np.array([positions[name] for name in self.joint_names])
+
+    def forward(self, q: FloatArray) -> FloatArray:
+        """Return the pose (4, 4) of the grasping frame in base_footprint."""
+        pin.framesForwardKinematics(self.model, self.data, q)
+        return np.array(self.data.oMf[self.tool].homogeneous)

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Values of doing. Poses are (4, 4) in base_footprint [m]; joint vectors follow their group's joint order [rad, m]."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from uncom_perception.types import Detection, TableSurface
+
+FloatArray = npt.NDArray[np.float64]
+Side = Literal["left", "right"]
+SIDES: tuple[Side, Side] = ("left", "right")
+
+
+class Stage(IntEnum):
+    """Stages of an execution; the same numbers as in ExecutionStatus.msg."""
+
+    IDLE = 0
+    AWAITING_APPROVAL = 1
+    PLANNING = 2
+    APPROACHING = 3
+    GRASPING = 4
+    LIFTING = 5
+    TRANSFERRING = 6
+    PLACING = 7
+    RETREATING = 8
+    HOMING = 9
+    VERIFYING = 10
+    DONE = 11
+    FAILED = 12
+    STOPPED = 13
+
+
+@dataclass(frozen=True, slots=True)
+class ManipulationTask:
+    """What is to be done with what, all in base_footprint.
+
+    target_pose is where the footprint centre of the moved thing is to end on its support (4, 4);
+    target is the receiving thing for put_in, put_on and stack; scene holds everything else that was seen.
+    """
+
+    utterance_id: str
+    index: int
+    primitive: str
+    relation: str
+    object: Detection
+    scene: tuple[Detection, ...]
+    table: TableSurface | None
+    target: Detection | None = None
+    target_pose: FloatArray | None = None
+    object_text: str = ""
+    target_text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Obstacle:
+    """A solid: box with size (x, y, z) or upright cylinder with size (diameter, diameter, height), about its pose."""
+
+    name: str
+    shape: Literal["box", "cylinder"]
+    size: tuple[float, float, float]
+    pose: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Attachment:
+    """Solids held in the hand; poses are relative to the grasping frame."""
+
+    parts: tuple[Obstacle, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Trajectory:
+    """A timed motion: times (N,) [s], positions and velocities (N, J) of joint_names."""
+
+    joint_names: tuple[str, ...]
+    times: FloatArray
+    positions: FloatArray
+    velocities: FloatArray
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the motion [s]."""
+        return float(self.times[-1])
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """One change of stage, as it is published."""
+
+    stage: Stage
+    detail: str = ""
+    arm: str = ""
+    data: dict[str, object] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How an execution ended; in_hand is the label of what is held, or empty."""
+
+    success: bool
+    stage: Stage
+    reason: str
+    in_hand: str = ""
