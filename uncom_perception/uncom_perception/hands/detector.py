@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What every hand detector offers."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from uncom_perception.exceptions import InvalidImageError
+
+FloatArray = npt.NDArray[np.float64]
+RgbImage = npt.NDArray[np.uint8]
+
+WRIST = 0
+INDEX_MCP, INDEX_PIP, INDEX_DIP, INDEX_TIP = 5, 6, 7, 8
+MIDDLE_MCP, MIDDLE_TIP = 9, 12
+PINKY_MCP = 17
+FINGERS = {"thumb": (1, 2, 3, 4), "index": (5, 6, 7, 8), "middle": (9, 10, 11, 12), "ring": (13, 14, 15, 16)} | {
+    "little": (17, 18, 19, 20)
+}
+
+
+@dataclass(frozen=True, slots=True)
+class RawHand:
+    """A hand as a detector gives it.
+
+    Landmarks (21, 3): x, y [px], z relative to the wrist [px] (comparable within one hand only).
+    World landmarks (21, 3): about the hand's centre, camera axes [m].
+    """
+
+    handedness: str
+    score: float
+    landmarks: FloatArray
+    world: FloatArray
+
+    @property
+    def size_px(self) -> float:
+        """Larger side of the box around the landmarks [px]."""
+        return float(np.ptp(self.landmarks[:, :2], axis=0).max())
+
+
+class HandDetector(ABC):
+    """Finds at most two hands in a colour image."""
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Back end and weights, as told in every result."""
+
+    @abstractmethod
+    def detect(self, image_rgb: RgbImage) -> tuple[RawHand, ...]:
+        """Return the hands of an image (H, W, 3) uint8, best first.
+
+        Raises:
+            InvalidImageError: not an RGB image.
+        """
+
+
+def check_rgb(image_rgb: RgbImage) -> None:
+    """Reject what is not an RGB image (H, W, 3) uint8.
+
+    Raises:
+        InvalidImageError: it is not.
+    """
+    if image_rgb.ndim != 3 or image_rgb.shape[2] != 3 or image_rgb.dtype != np.uint8 or image_rgb.size == 0:
+        raise InvalidImageError(f"need an RGB image (H, W, 3) uint8, got {image_rgb.shape} {image_rgb.dtype}")

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From an image to its hands, their rays, and the hand that points."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+from uncom_common.camera import PinholeCamera
+
+from uncom_perception.hands.detector import RawHand, RgbImage
+from uncom_perception.hands.finder import HandFinder
+from uncom_perception.hands.rays import DepthImage, hand_depth, image_ray, metric_ray
+from uncom_perception.hands.styles.index import IndexStyle
+from uncom_perception.hands.styles.style import PointingStyle, hand_pose
+from uncom_perception.hands.styles.two_fingers import TwoFingersStyle
+from uncom_perception.types import Hand, HandsFrame, PointingRay
+
+STYLES: dict[str, type[PointingStyle]] = {style.name: style for style in (IndexStyle, TwoFingersStyle)}
+
+# Metric size of a hand, wrist to middle finger base [m]: what is far outside is something else.
+_MIN_PALM_M, _MAX_PALM_M = 0.03, 0.16
+
+
+class GestureReader:
+    """Reads the hands of a stream of images; keeps the last hands, so use one for each camera."""
+
+    def __init__(self, finder: HandFinder, styles: Sequence[PointingStyle] = (), min_evidence: float = 0.4) -> None:
+        """Read with a finder; a hand points if the evidence for one of the styles is large enough."""
+        self._finder = finder
+        self._styles = tuple(styles) or tuple(style() for style in STYLES.values())
+        self._min_evidence = min_evidence
+        self._tips: dict[str, tuple[float, np.ndarray]] = {}
+
+    @property
+    def name(self) -> str:
+        """Back end as told in every result."""
+        return self._finder.name
+
+    def read(
+        self,
+        image_rgb: RgbImage,
+        stamp_s: float,
+        frame_id: str = "",
+        depth: DepthImage | None = None,
+        camera: PinholeCamera | None = None,
+        *,
+        thorough: bool = False,
+    ) -> HandsFrame:
+        """Return the hands of an image (H, W, 3) uint8 with registered depth (H, W) [m] or without.
+
+        Raises:
+            InvalidImageError: not an RGB image.
+        """
+        start = time.perf_counter()
+        raw = self._finder.find(image_rgb, stamp_s, thorough=thorough)
+        if depth is not None and depth.shape != image_rgb.shape[:2]:
+            depth = None
+        hands: list[Hand] = []
+        weights: list[float] = []
+        for hand in raw:
+            z = hand_depth(hand, depth) if depth is not None else 0.0
+            if camera is not None and z > 0.0 and not _hand_sized(hand, z, camera):
+                continue
+            ray, evidence = self._ray(hand, depth, camera)
+            hands.append(Hand(hand.handedness, hand.score, hand.landmarks, ray, z))
+            weights.append(evidence * self._stillness(hand, stamp_s) * _nearness(hand, z) if ray is not None else 0.0)
+        pointing = int(np.argmax(weights)) if weights and max(weights) > 0.0 else None
+        height, width = image_rgb.shape[:2]
+        latency = time.perf_counter() - start
+        return HandsFrame(stamp_s, frame_id, width, height, tuple(hands), pointing, self.name, latency)
+
+    def _ray(
+        self, hand: RawHand, depth: DepthImage | None, camera: PinholeCamera | None
+    ) -> tuple[PointingRay | None, float]:
+        pose = hand_pose(hand)
+        evidence, style = max(((s.evidence(pose), s) for s in self._styles), key=lambda pair: pair[0])
+        if evidence < self._min_evidence:
+            return None, evidence
+        ray = image_ray(hand, style.line, style.name)
+        if ray is None or depth is None or camera is None:
+            return ray, evidence
+        found = metric_ray(hand, style.line, depth, camera)
+        if found is None:
+            return ray, evidence
+        metric, sigma = found
+        return PointingRay(ray.origin, ray.tip, ray.direction, sigma, metric, ray.style), evidence
+
+    def _stillness(self, hand: RawHand, stamp_s: float) -> float:
+        """Return how still the finger is, 1 for still, near 0 for a hand that sweeps through the image."""
+        tip = hand.landmarks[8, :2]
+        before = self._tips.get(hand.handedness)
+        self._tips[hand.handedness] = (stamp_s, tip)
+        if before is None or not 0.0 < stamp_s - before[0] < 0.5:
+            return 0.7
+        speed = float(np.linalg.norm(tip - before[1])) / hand.size_px / (stamp_s - before[0])  # hand sizes a second
+        return float(1.0 / (1.0 + (speed / 2.0) ** 2))
+
+
+def _nearness(hand: RawHand, depth_m: float) -> float:
+    """Prefer the nearer hand: by metric depth, or else by size (never by MediaPipe's z, which starts at each wrist)."""
+    return 1.0 / depth_m if depth_m > 0.0 else hand.size_px / 100.0
+
+
+def _hand_sized(hand: RawHand, depth_m: float, camera: PinholeCamera) -> bool:
+    span = float(np.linalg.norm(hand.landmarks[:, :2].max(axis=0) - hand.landmarks[:, :2].min(axis=0)))
+    return _MIN_PALM_M < span * depth_m / camera.fx < 2.2 * _MAX_PALM_M

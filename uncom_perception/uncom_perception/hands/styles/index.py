@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pointing with the index finger (paper, section III-E)."""
+
+from __future__ import annotations
+
+from uncom_perception.hands.styles.style import PointingStyle, Pose
+
+_SPREAD_RAD = 0.2
+
+
+class IndexStyle(PointingStyle):
+    """Index finger out, the other three curled; the thumb is free."""
+
+    name = "index"
+    line = (5, 6, 7, 8)
+
+    def evidence(self, pose: Pose) -> float:
+        """Return index extension and the curl of the others together."""
+        spread_middle = pose.middle if pose.spread_rad > _SPREAD_RAD else 0.0  # a "V" is the number two
+        return pose.index * min(pose.curl_of_others, 1.0 - spread_middle)

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What every pointing style offers; adding a style is adding a file."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from uncom_perception.hands.detector import FINGERS, WRIST, FloatArray, RawHand
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Shape of a hand: how much each finger is extended, 0 (curled) to 1 (straight out)."""
+
+    thumb: float
+    index: float
+    middle: float
+    ring: float
+    little: float
+    spread_rad: float  # angle between index and middle finger
+
+    @property
+    def curl_of_others(self) -> float:
+        """How much middle, ring and little finger are curled, 0 to 1; one may be misjudged."""
+        middle, ring, little = sorted(1.0 - e for e in (self.middle, self.ring, self.little))
+        return 0.25 * middle + 0.375 * ring + 0.375 * little
+
+
+def hand_pose(hand: RawHand) -> Pose:
+    """Judge the fingers by their joints in space, so that foreshortening does not count."""
+    world = hand.world
+    extension = {name: _extension(world, joints) for name, joints in FINGERS.items()}
+    return Pose(**extension, spread_rad=_angle(world[8] - world[6], world[12] - world[10]))
+
+
+def _extension(world: FloatArray, joints: tuple[int, int, int, int]) -> float:
+    a, b, c, d = (world[j] for j in joints)
+    length = np.linalg.norm(b - a) + np.linalg.norm(c - b) + np.linalg.norm(d - c)
+    straight = np.linalg.norm(d - a) / max(length, 1e-9)
+    reach = np.linalg.norm(d - world[WRIST]) / max(np.linalg.norm(b - world[WRIST]), 1e-9)
+    # A straight finger has reach 1.25 to 1.45 and straightness above 0.93, a curled one below 0.95 and 0.85.
+    return float(_logistic((reach - 1.08) / 0.06) * _logistic((straight - 0.82) / 0.03))
+
+
+def _logistic(x: float) -> float:
+    return float(1.0 / (1.0 + np.exp(-np.clip(x, -30.0, 30.0))))
+
+
+def _angle(a: FloatArray, b: FloatArray) -> float:
+    cosine = a @ b / max(np.linalg.norm(a) * np.linalg.norm(b), 1e-12)
+    return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+class PointingStyle(ABC):
+    """One way of pointing: how well a hand shows it, and along which landmarks it points."""
+
+    name: str
+    #: landmarks from the base of the pointing line to its tip
+    line: tuple[int, ...]
+
+    @abstractmethod
+    def evidence(self, pose: Pose) -> float:
+        """Return how sure it is that a hand of this shape points in this style, 0 to 1."""
