@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Words to commands with a deterministic grammar (the default language back end)."""
+
+from uncom_language.parser.commands import GrammarParser, grammar_parser, parse_text, parse_transcript
+from uncom_language.parser.json_form import command_to_json, reference_to_json, sentence_to_json
+
+__all__ = [
+    "GrammarParser",
+    "command_to_json",
+    "grammar_parser",
+    "parse_text",
+    "parse_transcript",
+    "reference_to_json",
+    "sentence_to_json",
+]
