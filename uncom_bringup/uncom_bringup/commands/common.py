@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What several commands need."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from uncom_bringup.exceptions import BadInputError, OutputExistsError
+
+# `subparsers` is private to argparse by name only.
+SubParsers = argparse._SubParsersAction  # noqa: SLF001
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """Add `--json`."""
+    parser.add_argument("--json", action="store_true", help="one JSON object on standard output, nothing else there")
+
+
+def existing_file(text: str) -> Path:
+    """Check a file given on the command line.
+
+    Raises:
+        BadInputError: there is no such file, or it is a folder or empty.
+    """
+    path = Path(text)
+    if not path.exists():
+        raise BadInputError(f"{path} does not exist")
+    if path.is_dir():
+        raise BadInputError(f"{path} is a folder; a file is needed")
+    if path.stat().st_size == 0:
+        raise BadInputError(f"{path} is empty")
+    return path
+
+
+def positive_float(text: str) -> float:
+    """Read a number above 0 (an argparse type)."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text} is not above 0")
+    return value
+
+
+def natural_number(text: str) -> int:
+    """Read 0, 1, 2, ... (an argparse type)."""
+    try:
+        value = int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
+    if not 0 <= value < 2**31:
+        raise argparse.ArgumentTypeError(f"{text} is not from 0 to {2**31 - 1}")
+    return value
+
+
+def output_folder(wanted: str | None, default_stem: str, force: bool) -> Path:
+    """Choose (and make) the folder for what a run leaves behind.
+
+    Without a wish it is `uncom_out/<default_stem>`, or that with -2, -3, ... behind: new each time.
+
+    Raises:
+        OutputExistsError: the wanted folder holds something and `force` is not given.
+        BadInputError: the wanted folder is a file.
+    """
+    if wanted is not None:
+        path = Path(wanted)
+        if path.exists() and not path.is_dir():
+            raise BadInputError(f"--out {path} is a file; a folder is needed")
+        if path.exists() and any(path.iterdir()) and not force:
+            raise OutputExistsError(path)
+        path.mkdir(parents=True, exist_ok=True)
+        return path
+    base = Path("uncom_out")
+    number = 1
+    while True:
+        path = base / (default_stem if number == 1 else f"{default_stem}-{number}")
+        try:
+            path.mkdir(parents=True)
+        except FileExistsError:
+            number += 1
+        else:
+            return path

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`uncom parse`: text to commands."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from uncom_bringup import output
+from uncom_bringup.commands.common import SubParsers, add_json
+from uncom_bringup.exceptions import BadInputError
+
+_LONGEST = 10_000  # characters; nobody says more in one sentence
+
+
+def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
+    """Add the command."""
+    parser = subparsers.add_parser(
+        "parse",
+        help="text -> command(s)",
+        description="Understand sentences: one an argument (bare words are one sentence) or one a line of standard input.",
+    )
+    parser.add_argument("text", nargs="*", metavar="TEXT", help="a sentence; without any, lines of standard input")
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def sentences(arguments: Sequence[str]) -> Iterator[str]:
+    """Yield what is to be parsed.
+
+    `uncom parse "take the lemon" stop` is two sentences; `uncom parse take the lemon` is one.
+
+    Raises:
+        BadInputError: standard input is not text.
+    """
+    if arguments:
+        if any(" " in argument.strip() for argument in arguments):
+            yield from arguments
+        else:
+            yield " ".join(arguments)
+        return
+    try:
+        for line in sys.stdin:
+            yield line.rstrip("\n")
+    except UnicodeDecodeError:
+        raise BadInputError("standard input is not UTF-8 text") from None
+
+
+def run(options: argparse.Namespace) -> int:
+    """Parse each sentence; a refusal with its reason is an answer too."""
+    from uncom_language import parser  # noqa: PLC0415  (only when it runs)
+
+    for text in sentences(options.text):
+        if not text.strip():
+            if not options.text:
+                continue  # blank lines between sentences are layout
+            raise BadInputError("the sentence is empty")
+        if len(text) > _LONGEST:
+            raise BadInputError(f"the sentence has {len(text)} characters; at most {_LONGEST} are read")
+        commands = parser.parse_text(text)
+        result = parser.command_to_json(commands)
+        if options.json:
+            output.emit_json(result)
+        else:
+            for line in in_words(result):
+                output.emit(line)
+    return 0
+
+
+def in_words(result: Mapping[str, Any]) -> Iterator[str]:
+    """Write a parse for people."""
+    yield str(result.get("text", ""))
+    commands = result.get("commands") or []
+    if not commands:
+        yield f"  {result.get('act')}: {result.get('reason') or 'no command'}"
+    for command in commands:
+        action = command["action"]
+        parts = [_reference(command.get("object")), action["primitive"], _reference(command.get("target"))]
+        yield f"  {' - '.join(parts)}" + (f"  ({command['relation']})" if command.get("relation") else "")
+
+
+def _reference(reference: Mapping[str, Any] | None) -> str:
+    return str(reference["text"]) if reference else "(none)"

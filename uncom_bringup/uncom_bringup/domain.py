@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A ROS domain id of one's own, so that two graphs on one machine never meet.
+
+Ports as in the DDS-RTPS specification (section 9.6.2): a participant of domain d listens on 7410 + 250 d and above.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import logging
+import os
+import random
+import socket
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from uncom_bringup.exceptions import NoFreeDomainError
+
+_LOG = logging.getLogger(__name__)
+
+# Above 101 the ports reach into the range that Linux hands out by itself.
+_DOMAINS = range(1, 102)
+_PARTICIPANTS = 6
+
+
+def _in_use(domain: int) -> bool:
+    for participant in range(_PARTICIPANTS):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(("0.0.0.0", 7410 + 250 * domain + 2 * participant))  # noqa: S104  (the port as DDS binds it)
+            except OSError:
+                return True
+    return False
+
+
+class DomainClaim:
+    """Holds a domain id until closed: the one the user set, or a free one.
+
+    Raises:
+        NoFreeDomainError: no id is free.
+    """
+
+    def __init__(self, wanted: str | None = None) -> None:
+        """Claim `wanted` (as ROS_DOMAIN_ID says it) as it is, or find a free id if it is None or empty."""
+        self._lock: int | None = None
+        self.domain = int(wanted) if wanted else self._find()
+
+    def _find(self) -> int:
+        candidates = list(_DOMAINS)
+        random.Random(os.getpid()).shuffle(candidates)
+        for domain in candidates:
+            if not self._take_lock(domain):
+                continue
+            if not _in_use(domain):
+                _LOG.info("ROS domain id %d", domain)
+                return domain
+            self.close()
+        raise NoFreeDomainError("no ROS domain id from 1 to 101 is free; stop some graphs or set ROS_DOMAIN_ID")
+
+    def _take_lock(self, domain: int) -> bool:
+        """Lock a file: closes the gap between looking at the ports and the first node's binding them."""
+        path = Path(tempfile.gettempdir()) / f"uncom-{os.getuid()}-domain-{domain}.lock"
+        descriptor = os.open(path, os.O_CREAT | os.O_RDWR | os.O_NOFOLLOW, 0o600)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(descriptor)
+            return False
+        self._lock = descriptor
+        return True
+
+    def close(self) -> None:
+        """Give the id back."""
+        if self._lock is not None:
+            with suppress(OSError):
+                os.close(self._lock)
+            self._lock = None
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Give the id back."""
+        self.close()

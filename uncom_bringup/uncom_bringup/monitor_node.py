@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Listens to everything the graph says and gathers it for progress lines and the report."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile
+from sensor_msgs.msg import Image
+
+from uncom_bringup import run_record as kinds
+from uncom_bringup import topics
+from uncom_bringup.conversions import message_class, plain_from_msg
+from uncom_bringup.image_codec import encode_jpeg
+from uncom_bringup.run_record import Event, Frame, RunRecord
+from uncom_common.conversions import rgb_from_msg, seconds_from_msg
+
+_LISTENED = {
+    kinds.TRANSCRIPT: topics.TRANSCRIPT,
+    kinds.SPEECH_STATUS: topics.SPEECH_STATUS,
+    kinds.COMMAND: topics.COMMAND,
+    kinds.HANDS: topics.HANDS,
+    kinds.GROUNDED: topics.GROUNDED_COMMAND,
+    kinds.EXPLANATION: topics.EXPLANATION,
+    kinds.EXECUTION: topics.EXECUTION_STATUS,
+    kinds.SAY: topics.SAY,
+    kinds.QUESTION: topics.QUESTION,
+}
+# Of the explanation everything is kept; it is JSON in a string.
+_ANNOTATED_QUALITY = 95
+_VIDEO_QUALITY = 85
+
+
+class MonitorNode(Node):
+    """Gathers a RunRecord; `on_event` is called for each event, in the executor's thread, and must be short."""
+
+    def __init__(
+        self,
+        on_event: Callable[[Event], None] | None = None,
+        *,
+        keep_frames: bool = True,
+        overview_topic: str = "",
+        **node_options: Any,
+    ) -> None:
+        """Subscribe; the camera only if frames are to be kept."""
+        super().__init__("uncom_monitor", **node_options)
+        self._on_event = on_event
+        self._lock = threading.Lock()
+        self._events: list[Event] = []
+        self._frames: dict[str, list[Frame]] = {"camera": [], "overview": [], "annotated": []}
+        for kind, topic in _LISTENED.items():
+            self._listen(kind, topic)
+        self.create_subscription(Image, topics.ANNOTATED.name, self._keeper("annotated", _ANNOTATED_QUALITY), 10)
+        if keep_frames:
+            self.create_subscription(Image, topics.RGB.name, self._keeper("camera", _VIDEO_QUALITY), 10)
+            if overview_topic:
+                self.create_subscription(Image, overview_topic, self._keeper("overview", _VIDEO_QUALITY), 10)
+
+    def record(self) -> RunRecord:
+        """Return everything so far."""
+        with self._lock:
+            return RunRecord(
+                tuple(self._events),
+                tuple(self._frames["camera"]),
+                tuple(self._frames["overview"]),
+                tuple(self._frames["annotated"]),
+            )
+
+    def _listen(self, kind: str, topic: topics.Topic) -> None:
+        qos = QoSProfile(depth=topic.depth)
+        if topic.latched:
+            qos.durability = QoSDurabilityPolicy.TRANSIENT_LOCAL
+
+        def receive(msg: Any) -> None:
+            self._add(kind, msg)
+
+        self.create_subscription(message_class(topic.type_name), topic.name, receive, qos)
+
+    def _add(self, kind: str, msg: Any) -> None:
+        skip = () if kind == kinds.SAY else ("cloud", "mask")
+        data = plain_from_msg(msg, skip)
+        if kind == kinds.EXPLANATION:
+            data = {**data, "json": _decoded(msg.json)}
+        stamp_s = seconds_from_msg(msg.header.stamp) if hasattr(msg, "header") else 0.0
+        event = Event(kind, stamp_s, 1e-9 * self.get_clock().now().nanoseconds, time.monotonic(), data)
+        with self._lock:
+            self._events.append(event)
+        if self._on_event is not None:
+            self._on_event(event)
+
+    def _keeper(self, name: str, quality: int) -> Callable[[Image], None]:
+        def keep(msg: Image) -> None:
+            jpeg = encode_jpeg(rgb_from_msg(msg), quality)
+            frame = Frame(seconds_from_msg(msg.header.stamp), time.monotonic(), jpeg)
+            with self._lock:
+                self._frames[name].append(frame)
+
+        return keep
+
+
+def _decoded(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError:
+        return {}

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What commands write: results to standard output, everything else to standard error.
+
+Native libraries (PyBullet, TensorFlow Lite) write to file descriptor 1 behind Python's back. `claim_stdout` keeps
+the real standard output for results and turns descriptor 1 into standard error.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from typing import Any, TextIO
+
+
+class _Streams:
+    """The stream that results go to; standard output until it is claimed."""
+
+    results: TextIO | None = None
+
+
+def claim_stdout() -> None:
+    """Keep standard output for `emit` and `emit_json` alone; whatever else is written there goes to standard error."""
+    if _Streams.results is not None:
+        return
+    try:
+        sys.stdout.flush()
+        results = os.dup(1)
+        os.dup2(2, 1)
+    except (OSError, ValueError):  # no real descriptors, as under a test's capture
+        return
+    _Streams.results = os.fdopen(results, "w", encoding="utf-8")
+
+
+def _results() -> TextIO:
+    return _Streams.results or sys.stdout
+
+
+def emit(line: str = "") -> None:
+    """Write one line of a result."""
+    stream = _results()
+    stream.write(line + "\n")
+    stream.flush()
+
+
+def emit_json(value: Any) -> None:
+    """Write one JSON value as one line."""
+    emit(json.dumps(value, ensure_ascii=False, allow_nan=False))
+
+
+def note(line: str) -> None:
+    """Write one line for the person who waits: progress, warnings."""
+    sys.stderr.write(line + "\n")
+    sys.stderr.flush()
