@@ -5,8 +5,13 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from uncom_bringup.exceptions import BadInputError, OutputExistsError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
 
 # `subparsers` is private to argparse by name only.
 SubParsers = argparse._SubParsersAction  # noqa: SLF001
@@ -31,6 +36,20 @@ def existing_file(text: str) -> Path:
     if path.stat().st_size == 0:
         raise BadInputError(f"{path} is empty")
     return path
+
+
+def read_picture(path: Path) -> npt.NDArray[np.uint8]:
+    """Read a picture file as RGB (H, W, 3).
+
+    Raises:
+        BadInputError: it is no picture.
+    """
+    from uncom_bringup import image_codec  # noqa: PLC0415  (OpenCV is slow to import)
+
+    try:
+        return image_codec.decode_colour(path.read_bytes())
+    except BadInputError as error:
+        raise BadInputError(f"{path} is not a picture that can be read (JPEG, PNG, BMP, TIFF, WebP)") from error
 
 
 def positive_float(text: str) -> float:

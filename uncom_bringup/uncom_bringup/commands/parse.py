@@ -59,8 +59,7 @@ def run(options: argparse.Namespace) -> int:
             raise BadInputError("the sentence is empty")
         if len(text) > _LONGEST:
             raise BadInputError(f"the sentence has {len(text)} characters; at most {_LONGEST} are read")
-        commands = parser.parse_text(text)
-        result = parser.command_to_json(commands)
+        result = parser.sentence_to_json(text, parser.parse_text(text))
         if options.json:
             output.emit_json(result)
         else:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 
 from uncom_bringup import output
-from uncom_bringup.commands.common import SubParsers, add_json, existing_file
+from uncom_bringup.commands.common import SubParsers, add_json, existing_file, read_picture
 
 
 def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
@@ -19,10 +19,10 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Find the hands; none is an answer too."""
-    path = existing_file(options.image)
+    image = read_picture(existing_file(options.image))
     from uncom_perception import hands  # noqa: PLC0415  (only when it runs)
 
-    result = hands.hands_to_json(hands.point_in_image(path))
+    result = hands.hands_to_json(hands.point_in_image(image))
     if options.json:
         output.emit_json(result)
         return 0
