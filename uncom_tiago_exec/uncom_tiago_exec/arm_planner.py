@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One arm in one scene: its checkers for each phase of a manipulation, and single motions planned with them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from uncom_tiago_exec.collision import CollisionChecker, Contacts, Margins
+from uncom_tiago_exec.config import ExecutionConfig
+from uncom_tiago_exec.exceptions import InCollisionError, PlanningError
+from uncom_tiago_exec.grasps import Grasp
+from uncom_tiago_exec.ik import IkSolver
+from uncom_tiago_exec.cartesian import straight_path
+from uncom_tiago_exec.obstacles import TABLE, attach, solids_of
+from uncom_tiago_exec.planning import JointPlanner, PlannerOptions
+from uncom_tiago_exec.robot_model import ArmGroup, RobotModel, finger_joints
+from uncom_tiago_exec.scene_model import SceneModel
+from uncom_tiago_exec.timing import MotionLimits, time_path
+from uncom_tiago_exec.types import Attachment, FloatArray, Obstacle, Side, Trajectory
+
+_GAP_STEP = 0.01  # [m] openings are planned in steps, the wider one
+
+
+class ArmPlanner:
+    """Plans for one side from given joint positions; everything else of the robot stays where it is."""
+
+    def __init__(
+        self, robot: RobotModel, side: Side, positions: Mapping[str, float], scene: SceneModel, config: ExecutionConfig
+    ) -> None:
+        """Keep what is needed; models are made when first used."""
+        self.side: Side = side
+        self.scene = scene
+        self.config = config
+        self._robot = robot
+        self._positions = dict(positions)
+        self._groups: dict[float, ArmGroup] = {}
+        self._checkers: dict[tuple[float, str], CollisionChecker] = {}
+        self.group = self._group(robot.gripper(side).open)
+        self.start = self.group.vector(positions)
+        self.hint: FloatArray | None = None  # last configuration that reached a grasp
+        self.solver = IkSolver(self.group, config.seed)
+        self.margins = Margins(scene=config.scene_margin, fingers=config.finger_margin)
+        speed = np.array(self.group.velocity) * config.speed
+        acceleration = np.array([config.torso_acceleration] + [config.arm_acceleration] * 7)
+        self.limits = MotionLimits(speed, acceleration, config.jerk_ratio)
+
+    def _group(self, gap: float) -> ArmGroup:
+        """Return the group with fingers locked at a gap, rounded up."""
+        key = float(np.ceil(gap / _GAP_STEP - 1e-6) * _GAP_STEP)
+        if key not in self._groups:
+            fingers = {name: min(0.045, max(0.0, key / 2.0)) for name in finger_joints(self.side)}
+            self._groups[key] = self._robot.group(self.side, {**self._positions, **fingers})
+        return self._groups[key]
+
+    def _checker(
+        self, gap: float, kind: str, obstacles: tuple[Obstacle, ...], contacts: Contacts
+    ) -> CollisionChecker:
+        group = self._group(gap)
+        key = (round(gap / _GAP_STEP + 0.499), kind)
+        if key not in self._checkers:
+            self._checkers[key] = CollisionChecker(group, obstacles, self.margins, contacts)
+        return self._checkers[key]
+
+    def free(self, gap: float) -> CollisionChecker:
+        """Check motions with empty hand through the scene as it is."""
+        return self._checker(gap, "free", self.scene.obstacles(with_moved=True), Contacts())
+
+    def reaching(self, gap: float) -> CollisionChecker:
+        """Check the last straight way to the thing, which fingers may touch."""
+        contacts = Contacts(fingers=frozenset({self.scene.moved.name}))
+        return self._checker(gap, "reaching", self.scene.obstacles(with_moved=True), contacts)
+
+    def carrying(self, grasp: Grasp, touches: frozenset[str]) -> CollisionChecker:
+        """Check motions with the thing in the hand, which may touch some solids."""
+        held = self.attachment(grasp)
+        return CollisionChecker(
+            self._group(grasp.width), self.scene.obstacles(with_moved=False), self.margins, Contacts(held=touches), held
+        )
+
+    def attachment(self, grasp: Grasp) -> Attachment:
+        """Return the thing's solids as they hang in the hand."""
+        return attach(solids_of(self.scene.moved, "held", pad=0.001), grasp.pose)
+
+    def leaving(self, gap: float, motion: FloatArray, touches: frozenset[str]) -> CollisionChecker:
+        """Check motions with empty hand after the thing was moved by `motion` (4, 4); fingers may touch some solids."""
+        moved = tuple(
+            Obstacle(s.name, s.shape, s.size, motion @ s.pose) for s in solids_of(self.scene.moved, pad=0.001)
+        )
+        obstacles = (*self.scene.obstacles(with_moved=False), *moved)
+        return CollisionChecker(self._group(gap), obstacles, self.margins, Contacts(fingers=touches))
+
+    def transit(self, checker: CollisionChecker, start: FloatArray, goals: Sequence[FloatArray]) -> FloatArray:
+        """Plan a free motion (N, 8)."""
+        options = PlannerOptions(time_s=self.config.planning_time_s / 2.0)
+        return JointPlanner(checker, options).plan(start, goals)
+
+    def straight(self, checker: CollisionChecker, start: FloatArray, offset: FloatArray) -> FloatArray:
+        """Move the hand straight by an offset (3,) [m]."""
+        pose = self.group.forward(start)
+        pose[:3, 3] += offset
+        return straight_path(self.solver, checker, start, pose)
+
+    def timed(self, path: FloatArray, checker: CollisionChecker, pace: float = 1.0) -> Trajectory:
+        """Time a path; where the rounded corners collide they are made tighter.
+
+        Raises:
+            PlanningError: even nearly sharp corners collide, which the path itself did not.
+        """
+        limits = self.limits.scaled(pace)
+        for radius in (0.25, 0.1, 0.03, 0.01):
+            trajectory = time_path(self.group.joint_names, path, limits, radius=radius)
+            if checker.path_is_free(self.group.clamp(trajectory.positions[1:-1])):
+                return trajectory
+        raise PlanningError("the motion cannot be smoothed without touching something")
+
+    def lift_height(self, checker: CollisionChecker, q: FloatArray, heights: Sequence[float]) -> FloatArray:
+        """Return the straight way up from q, as high as one of `heights` [m] allows, highest first."""
+        error: PlanningError | InCollisionError | None = None
+        for height in heights:
+            try:
+                return self.straight(checker, q, np.array([0.0, 0.0, height]))
+            except (PlanningError, InCollisionError) as err:
+                error = err
+        raise error or PlanningError("no height to lift to was given")
+
+
+TABLE_ONLY = frozenset({TABLE})

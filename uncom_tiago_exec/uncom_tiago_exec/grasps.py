@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where and how to take a thing with a parallel gripper, from its completed points alone.
+
+A candidate closes horizontally (y of the grasping frame) and comes in (x of the grasping frame) from above or
+obliquely. Around solid things it is placed across the body, on hollow things over the edge of the opening. The points
+between the pads give width, contact patches and how well they face each other (antipodal: Nguyen 1988); points in the
+way of fingers or palm rule it out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from uncom_tiago_exec.robot_model import GripperShape
+from uncom_tiago_exec.shapes import ObjectShape
+from uncom_tiago_exec.types import FloatArray
+
+PITCHES = (90.0, 75.0, 60.0, 48.0, 36.0)
+TIP_CLEARANCE = 0.004  # [m] between finger tips and table
+SIDE_CLEARANCE = 0.004  # [m] between an open finger and what it passes
+_PATCH = 0.004  # [m] points this near to the outermost count as touched
+
+
+@dataclass(frozen=True, slots=True)
+class Grasp:
+    """A way to take a thing.
+
+    pose (4, 4): grasping frame in base_footprint when the fingers close; width: of what is between the pads;
+    opening: of the fingers before; retreat: how far to come from along the approach [m]; quality 0 to 1.
+    """
+
+    pose: FloatArray
+    width: float
+    opening: float
+    retreat: float
+    quality: float
+    family: str
+
+    @property
+    def approach(self) -> FloatArray:
+        """Unit direction (3,) in which the hand comes in."""
+        return self.pose[:3, 0]
+
+
+@dataclass(frozen=True, slots=True)
+class _Hand:
+    """A hand's axes: approach, closing, lateral, each (3,), and pitch below the horizontal [rad]."""
+
+    approach: FloatArray
+    closing: FloatArray
+    lateral: FloatArray
+    pitch: float
+
+
+def grasp_candidates(shape: ObjectShape, others: FloatArray, gripper: GripperShape, count: int = 120) -> list[Grasp]:
+    """Return up to `count` grasps, best first; others (N, 3) are points of the neighbours that fingers must not touch."""
+    near = others
+    if len(others):
+        reach = 0.5 * float(np.linalg.norm(shape.size)) + 0.2
+        near = others[np.linalg.norm(others[:, :2] - shape.middle[:2], axis=1) < reach]
+    found = []
+    for hand, place, family in _proposals(shape):
+        grasp = _fit(shape, near, gripper, hand, place, family)
+        if grasp is not None:
+            found.append(grasp)
+    found.sort(key=lambda g: -g.quality)
+    return found[:count]
+
+
+def _hand(pitch_deg: float, yaw: float) -> _Hand:
+    pitch = np.radians(pitch_deg)
+    approach = np.array([np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), -np.sin(pitch)])
+    closing = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
+    return _Hand(approach, closing, np.cross(approach, closing), float(pitch))
+
+
+def _proposals(shape: ObjectShape) -> Iterator[tuple[_Hand, FloatArray, str]]:
+    """Yield hands and the points between their pads."""
+    yaws = list(np.radians(np.arange(-180.0, 180.0, 22.5)))
+    if shape.axis is None:
+        yaws += [shape.yaw + k * np.pi / 2.0 for k in range(4)]
+    for pitch in PITCHES:
+        for yaw in yaws:
+            hand = _hand(pitch, float(yaw))
+            if shape.rim is not None:
+                for sign in (-1.0, 1.0):
+                    edge = shape.rim.centre + sign * (shape.rim.radius - 0.004) * hand.closing[:2]
+                    yield hand, np.array([edge[0], edge[1], shape.rim.z]), "rim"
+            for place in _places(shape):
+                yield hand, place, "across"
+
+
+def _places(shape: ObjectShape) -> Iterator[FloatArray]:
+    """Yield points inside the body at which to grip it."""
+    middle = shape.middle
+    levels = (0.5,) if shape.height < 0.07 else (0.35, 0.55, 0.75, 0.88)
+    for level in levels:
+        z = shape.bottom + level * shape.height
+        yield np.array([middle[0], middle[1], z])
+    if shape.axis is None and shape.size[0] > 0.09:
+        along = np.array([np.cos(shape.yaw), np.sin(shape.yaw)])
+        for share in (-0.3, -0.15, 0.15, 0.3):
+            xy = middle[:2] + share * shape.size[0] * along
+            yield np.array([xy[0], xy[1], shape.bottom + 0.5 * shape.height])
+
+
+def _fit(
+    shape: ObjectShape, others: FloatArray, gripper: GripperShape, hand: _Hand, place: FloatArray, family: str
+) -> Grasp | None:
+    """Place the hand at a point as deep as it can go, and judge it; None if something is in the way."""
+    frame = np.column_stack([hand.approach, hand.closing, hand.lateral])
+    local = (shape.points - place) @ frame
+    near = (others - place) @ frame if len(others) else np.zeros((0, 3))
+    tip = _tip_depth(shape, gripper, hand, place, local, family)
+    if tip is None:
+        return None
+    low_limit = tip - (gripper.tip - gripper.palm)
+    padded = (np.abs(local[:, 2]) <= gripper.half_width) & (local[:, 0] <= tip) & (local[:, 0] >= low_limit)
+    # an edge that slopes inwards, as a plate's, needs the inner finger further in
+    for window in (0.022, 0.034, 0.044) if family == "rim" else (np.inf,):
+        span = local[padded & (np.abs(local[:, 1]) < window)]
+        if len(span) < 4:
+            return None
+        low, high = float(span[:, 1].min()), float(span[:, 1].max())
+        width, middle = high - low, 0.5 * (low + high)
+        if width > gripper.open - 0.006:
+            return None
+        opening = min(gripper.open - 0.002, width + (0.03 if family == "across" else 0.026))
+        if not _blocked(local, near, gripper, tip, middle, opening):
+            break
+    else:
+        return None
+    quality = _quality(shape, span, gripper, hand, place, (low, high), tip)
+    if family == "rim":
+        quality *= 0.85
+    position = place + hand.closing * middle + hand.approach * (tip - gripper.tip)
+    pose = np.eye(4)
+    pose[:3, :3] = frame
+    pose[:3, 3] = position
+    outside = np.abs(local[:, 2]) <= gripper.half_width + 0.01
+    first = float(local[outside, 0].min())
+    retreat = float(np.clip(tip - first + 0.03, 0.07, 0.14))
+    return Grasp(pose, width, opening, retreat, quality, family)
+
+
+def _tip_depth(
+    shape: ObjectShape, gripper: GripperShape, hand: _Hand, place: FloatArray, local: FloatArray, family: str
+) -> float | None:
+    """Return how far beyond `place` the finger tips go along the approach, or None if they cannot."""
+    wanted = 0.028 if family == "rim" else 0.022
+    in_palm = (np.abs(local[:, 2]) <= gripper.body[1]) & (np.abs(local[:, 1]) <= gripper.body[0])
+    if family == "across" and shape.rim is not None and in_palm.any():
+        wanted = 0.03
+    if in_palm.any():
+        wanted = min(wanted, float(local[in_palm, 0].min()) + (gripper.tip - gripper.palm) - 0.008)
+    # the lower corner of a pad is half its width times cos(pitch) under its middle
+    lowest = place[2] - shape.bottom - gripper.half_width * np.cos(hand.pitch) - TIP_CLEARANCE
+    wanted = min(wanted, lowest / np.sin(hand.pitch))
+    if family == "rim" and shape.rim is not None:
+        room = shape.rim.z - shape.rim.floor_z - gripper.half_width * np.cos(hand.pitch) - 0.003
+        wanted = min(wanted, room / np.sin(hand.pitch))
+        return wanted if wanted > 0.006 else None
+    least = -0.003 if shape.height < 0.03 else 0.003
+    return wanted if wanted >= least else None
+
+
+def _blocked(
+    local: FloatArray, near: FloatArray, gripper: GripperShape, tip: float, middle: float, opening: float
+) -> bool:
+    """Tell whether open fingers or palm, coming in along the approach, meet the thing itself or a neighbour."""
+    for points, slack in ((local, 0.0), (near, SIDE_CLEARANCE)):
+        if not len(points):
+            continue
+        ahead = points[:, 0] < tip + slack
+        beside = np.abs(points[:, 2]) < gripper.half_width + slack
+        offset = np.abs(points[:, 1] - middle)
+        own = 0.002 if slack == 0.0 else -slack
+        fingers = (offset > opening / 2.0 + own) & (offset < opening / 2.0 + gripper.thickness + max(slack, 0.0))
+        if (ahead & beside & fingers).any():
+            return True
+        palm_front = tip - (gripper.tip - gripper.palm) + 0.004 + slack
+        palm = (points[:, 0] < palm_front) & (np.abs(points[:, 2]) < gripper.body[1] + slack)
+        if (palm & (offset < gripper.body[0] + slack)).any():
+            return True
+    return False
+
+
+def _quality(
+    shape: ObjectShape,
+    span: FloatArray,
+    gripper: GripperShape,
+    hand: _Hand,
+    place: FloatArray,
+    edges: tuple[float, float],
+    tip: float,
+) -> float:
+    """Judge a grasp from 0 to 1 by its contact patches, width, depth, leverage of the weight and approach."""
+    low, high = edges
+    left, right = span[span[:, 1] < low + _PATCH], span[span[:, 1] > high - _PATCH]
+    # both pads should meet at one place of the fingers, else they turn the thing
+    slant = np.linalg.norm((left[:, [0, 2]].mean(axis=0) - right[:, [0, 2]].mean(axis=0)))
+    facing = float(np.exp(-((slant / max(high - low, 0.012)) ** 2) * 2.0))
+    patch = min(float(np.ptp(left[:, 2])), float(np.ptp(right[:, 2]))) + 0.5 * min(
+        float(np.ptp(left[:, 0])), float(np.ptp(right[:, 0]))
+    )
+    contact = min(1.0, 0.3 + patch / 0.03)
+    depth = min(1.0, 0.4 + max(0.0, tip - float(span[:, 0].min())) / 0.025)
+    width = 1.0 if high - low < 0.06 else max(0.3, 1.0 - (high - low - 0.06) / 0.035)
+    # distance of the weight's middle from the line between the pads
+    middle = shape.middle
+    arm = np.array([place[0] - middle[0], place[1] - middle[1]])
+    across = float(np.linalg.norm(arm - (arm @ hand.closing[:2]) * hand.closing[:2]))
+    leverage = float(np.exp(-across / 0.08) * np.exp(-float(np.linalg.norm(arm)) / 0.4))
+    approach = 0.8 + 0.2 * np.sin(hand.pitch)
+    above = float(np.clip(1.0 + (place[2] - middle[2]) / 0.25, 0.7, 1.05))
+    return float(facing * contact * depth * width * leverage * approach * above * (0.5 + 0.5 * gripper.open / 0.09))

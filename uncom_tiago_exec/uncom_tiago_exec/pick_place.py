@@ -1,0 +1,265 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The whole plan of a pick and place, found before anything moves.
+
+Grasps of both arms are tried in the order of their worth; one counts only if the hand also gets to the place with it,
+with straight ways in and out. Of the first few that work, the quickest is taken.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from uncom_tiago_exec.arm_planner import TABLE_ONLY, ArmPlanner
+from uncom_tiago_exec.collision import CollisionChecker
+from uncom_tiago_exec.config import ExecutionConfig
+from uncom_tiago_exec.exceptions import (
+    ExecutionError,
+    InCollisionError,
+    PlanningError,
+    RefusedError,
+    UnreachableError,
+)
+from uncom_tiago_exec.grasps import Grasp, grasp_candidates
+from uncom_tiago_exec.placing import Destination, Place, destination, place_options
+from uncom_tiago_exec.plan import GripStep, MoveStep, Plan, Step
+from uncom_tiago_exec.robot_model import RobotModel
+from uncom_tiago_exec.scene_model import SceneModel, build_scene
+from uncom_tiago_exec.types import SIDES, FloatArray, ManipulationTask, Stage
+
+_LOG = logging.getLogger(__name__)
+_LIFTS = (0.12, 0.08, 0.05)
+_LOWERS = (0.1, 0.07, 0.04)
+PLACING = ("place", "put_in", "put_on", "stack")
+
+
+@dataclass(frozen=True, slots=True)
+class _Reach:
+    """A grasp that works: joint paths for each straight part, and where it is let go."""
+
+    arm: ArmPlanner
+    grasp: Grasp
+    approach: FloatArray
+    lift: FloatArray
+    place: Place | None = None
+    lower: FloatArray | None = None
+    retreat: FloatArray | None = None
+    release_gap: float = 0.0
+
+    def cost(self) -> float:
+        """Rough time of the free motions, dearer for doubtful grasps [s]."""
+        speed = self.arm.limits.velocity
+        hops = [(self.arm.start, self.approach[0])]
+        if self.lower is not None and self.retreat is not None:
+            hops += [(self.lift[-1], self.lower[0]), (self.retreat[-1], self.arm.start)]
+        motion = sum(float((np.abs(b - a) / speed).max()) for a, b in hops)
+        return (motion + 3.0) / max(self.grasp.quality, 0.05) ** 0.7
+
+
+class PickPlacePlanner:
+    """Plans tasks for a robot."""
+
+    def __init__(self, robot: RobotModel, config: ExecutionConfig) -> None:
+        """Keep robot and parameters."""
+        self.robot = robot
+        self.config = config
+
+    def plan(
+        self, task: ManipulationTask, positions: Mapping[str, float], avoid: Sequence[FloatArray] = ()
+    ) -> Plan:
+        """Plan a task from the present joint positions and back to them.
+
+        avoid holds hand poses (4, 4) that failed before: grasps nearer than 1.5 cm and 20 degrees are left out.
+
+        Raises:
+            RefusedError: it cannot be done; the text says why (out of reach, in the way, no place, ...).
+        """
+        started = time.monotonic()
+        scene = build_scene(task)
+        goal = destination(task, scene.moved, scene.target) if task.primitive in PLACING else None
+        arms = {side: ArmPlanner(self.robot, side, positions, scene, self.config) for side in SIDES}
+        grasps = grasp_candidates(scene.moved, scene.neighbours, arms["left"].group.gripper)
+        grasps = [g for g in grasps if not any(_near(g.pose, bad) for bad in avoid)]
+        if not grasps:
+            raise RefusedError(f"I see no way to take hold of the {task.object_text or 'object'}")
+        found_at = time.monotonic()
+        reaches = self._search(arms, grasps, goal, scene, task)
+        searched_at = time.monotonic()
+        plan = self._connect(reaches, scene)
+        timings = {
+            "grasps": found_at - started,
+            "search": searched_at - found_at,
+            "connect": time.monotonic() - searched_at,
+        }
+        return Plan(
+            plan.side, plan.steps, scene, plan.grasp, plan.motion, time.monotonic() - started,
+            {key: round(value, 4) for key, value in timings.items()},
+        )  # fmt: skip
+
+    def _search(
+        self,
+        arms: Mapping[str, ArmPlanner],
+        grasps: Sequence[Grasp],
+        goal: Destination | None,
+        scene: SceneModel,
+        task: ManipulationTask,
+    ) -> list[_Reach]:
+        """Return the first few grasps that work from start to end, cheapest first."""
+        deadline = time.monotonic() + self.config.planning_time_s
+        found: list[_Reach] = []
+        failures: Counter[str] = Counter()
+        for arm, grasp in _ordered(arms, grasps, goal):
+            if time.monotonic() > deadline or len(found) >= 4:
+                break
+            try:
+                found.append(self._reach(arm, grasp, goal))
+            except ExecutionError as error:
+                failures[_failure(error)] += 1
+        _LOG.debug("grasps that work: %d; others failed by %s", len(found), dict(failures))
+        if not found:
+            raise _refusal(failures, task)
+        return sorted(found, key=lambda reach: reach.cost())
+
+    def _reach(self, arm: ArmPlanner, grasp: Grasp, goal: Destination | None) -> _Reach:
+        reaching = arm.reaching(grasp.opening)
+        seeds = [arm.start] if arm.hint is None else [arm.hint, arm.start]
+        try:
+            q = arm.solver.solutions(grasp.pose, seeds, reaching, restarts=4)[0]
+        except UnreachableError as error:
+            raise UnreachableError("object") from error
+        arm.hint = q
+        approach = arm.straight(reaching, q, -grasp.retreat * grasp.approach)[::-1]
+        lift = arm.lift_height(arm.carrying(grasp, TABLE_ONLY), q, _LIFTS)
+        if goal is None:
+            return _Reach(arm, grasp, approach, lift)
+        return self._let_go(arm, grasp, goal, _Reach(arm, grasp, approach, lift))
+
+    def _let_go(self, arm: ArmPlanner, grasp: Grasp, goal: Destination, taken: _Reach) -> _Reach:
+        """Complete a reach by the first place option that works."""
+        carrying = arm.carrying(grasp, goal.touches)
+        gap = min(grasp.opening, grasp.width + 0.03)
+        error: ExecutionError = UnreachableError("place")
+        for place in place_options(goal, arm.scene.moved, grasp, arm.group.gripper):
+            try:
+                q = arm.solver.solutions(place.hand, [taken.lift[-1], arm.start], carrying, restarts=2)[0]
+                lower = arm.lift_height(carrying, q, _LOWERS)[::-1]
+                leaving = arm.leaving(gap, place.motion, frozenset({arm.scene.moved.name}))
+                retreat = arm.straight(leaving, q, -max(grasp.retreat, 0.08) * grasp_direction(place))
+                return _Reach(arm, grasp, taken.approach, taken.lift, place, lower, retreat, gap)
+            except UnreachableError:
+                continue
+            except (InCollisionError, PlanningError) as err:
+                error = err
+        if isinstance(error, UnreachableError):
+            raise UnreachableError("place")
+        raise error
+
+    def _connect(self, reaches: Sequence[_Reach], scene: SceneModel) -> Plan:
+        """Plan the free motions between the straight parts of the best reach, or of the next one."""
+        error: ExecutionError = PlanningError("no grasp was found")
+        for reach in reaches:
+            try:
+                return Plan(
+                    reach.arm.side, self._steps(reach), scene, reach.grasp, reach.place.motion if reach.place else None
+                )
+            except ExecutionError as err:
+                error = err
+        raise error
+
+    def _steps(self, reach: _Reach) -> tuple[Step, ...]:
+        arm, grasp = reach.arm, reach.grasp
+        free, reaching = arm.free(grasp.opening), arm.reaching(grasp.opening)
+        start = arm.group.clamp(arm.start)
+        go = arm.transit(free, start, [reach.approach[0]])
+        lifting = arm.carrying(grasp, TABLE_ONLY)
+        steps: list[Step] = [
+            GripStep(Stage.APPROACHING, grasp.opening, detail="opening the fingers"),
+            MoveStep(Stage.APPROACHING, arm.timed(go, free), "to the object"),
+            MoveStep(Stage.APPROACHING, arm.timed(reach.approach, reaching, 0.6), "straight in"),
+            GripStep(Stage.GRASPING, max(0.0, grasp.width - 0.02), holding=True, detail="closing the fingers"),
+            MoveStep(Stage.LIFTING, arm.timed(reach.lift, lifting, 0.6), "straight up"),
+        ]
+        if reach.place is None or reach.lower is None or reach.retreat is None:
+            return tuple(steps)
+        carrying = arm.carrying(grasp, frozenset())
+        over = arm.transit(carrying, reach.lift[-1], [reach.lower[0]])
+        touches = frozenset({arm.scene.moved.name})
+        leaving = arm.leaving(reach.release_gap, reach.place.motion, touches)
+        away = arm.leaving(reach.release_gap, reach.place.motion, frozenset())
+        back = arm.transit(away, reach.retreat[-1], [start])
+        lowering = arm.carrying(grasp, reach.place.touches)
+        steps += [
+            MoveStep(Stage.TRANSFERRING, arm.timed(over, carrying, 0.8), "to the place"),
+            MoveStep(Stage.PLACING, arm.timed(reach.lower, lowering, 0.6), "straight down"),
+            GripStep(Stage.PLACING, reach.release_gap, detail="letting go"),
+            MoveStep(Stage.RETREATING, arm.timed(reach.retreat, leaving, 0.6), "straight out"),
+            MoveStep(Stage.HOMING, arm.timed(_end_at(back, arm.start), away), "back to the start"),
+        ]
+        return tuple(steps)
+
+
+def grasp_direction(place: Place) -> FloatArray:
+    """Return the approach direction (3,) of the hand at a place."""
+    return place.hand[:3, 0]
+
+
+def _end_at(path: FloatArray, q: FloatArray) -> FloatArray:
+    """Return the path with its end set to the true start, which noise may have put outside the limits."""
+    return np.vstack([path[:-1], q])
+
+
+def _near(a: FloatArray, b: FloatArray) -> bool:
+    turn = np.arccos(np.clip((np.trace(a[:3, :3].T @ b[:3, :3]) - 1.0) / 2.0, -1.0, 1.0))
+    return bool(np.linalg.norm(a[:3, 3] - b[:3, 3]) < 0.015 and turn < 0.35)
+
+
+def _ordered(
+    arms: Mapping[str, ArmPlanner], grasps: Sequence[Grasp], goal: Destination | None
+) -> list[tuple[ArmPlanner, Grasp]]:
+    """Sort pairs of arm and grasp by worth: quality, arm on the right side, hand not turned back to the robot."""
+    scored = []
+    for side, arm in arms.items():
+        sign = 1.0 if side == "left" else -1.0
+        shoulder = np.array([-0.03, sign * 0.19])
+        for grasp in grasps:
+            at = grasp.pose[:2, 3]
+            far = at if goal is None else max((at, goal.xy), key=lambda p: -sign * float(p[1]))
+            crossing = max(0.0, -sign * float(far[1]))
+            yaw = np.arctan2(-grasp.pose[0, 1], grasp.pose[1, 1])
+            azimuth = np.arctan2(*(at - shoulder)[::-1])
+            facing = 0.6 + 0.4 * float(np.cos(yaw - azimuth))
+            steep = max(0.0, float(np.linalg.norm(at - shoulder)) - 0.7) * max(0.0, -float(grasp.approach[2]) - 0.7)
+            scored.append((grasp.quality * facing * np.exp(-crossing / 0.15) * np.exp(-8.0 * steep), arm, grasp))
+    scored.sort(key=lambda item: -item[0])
+    return [(arm, grasp) for _, arm, grasp in scored]
+
+
+def _failure(error: ExecutionError) -> str:
+    if isinstance(error, UnreachableError):
+        return "reach_place" if str(error) == "place" else "reach_object"
+    if isinstance(error, InCollisionError):
+        names = sorted({name for pair in error.contacts for name in pair if not name.startswith(("arm", "wrist"))})
+        return "blocked:" + ",".join(n for n in names if "link" not in n)
+    return "straight"
+
+
+def _refusal(failures: Counter[str], task: ManipulationTask) -> RefusedError:
+    """Say in words what most grasps failed by."""
+    what = task.object_text or task.object.label or "object"
+    if not failures:
+        return PlanningError(f"I found no way to take the {what} in time")
+    if failures["reach_place"] and failures["reach_object"] < sum(failures.values()):
+        where = f"put it at the {task.target_text}" if task.target_text else "put it there"
+        return UnreachableError(f"I can take the {what}, but with the same arm I cannot reach far enough to {where}")
+    worst = failures.most_common(1)[0][0]
+    if worst == "reach_object":
+        return UnreachableError(f"the {what} is out of reach of both arms")
+    if worst.startswith("blocked:"):
+        names = worst.removeprefix("blocked:").replace("object", f"the {what}") or "something"
+        return InCollisionError(f"I cannot take or place the {what} without touching something ({names})")
+    return PlanningError(f"I cannot move straight to the {what} and away again")

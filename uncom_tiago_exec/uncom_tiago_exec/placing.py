@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where a held thing is let go: on an area, in an opening, on top of something."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from uncom_tiago_exec.exceptions import RefusedError
+from uncom_tiago_exec.grasps import Grasp
+from uncom_tiago_exec.obstacles import TABLE, on_table, upright
+from uncom_tiago_exec.robot_model import GripperShape
+from uncom_tiago_exec.shapes import ObjectShape
+from uncom_tiago_exec.types import FloatArray, ManipulationTask
+
+RELEASE_GAP = 0.002  # [m] between bottom and support when the fingers open
+_TURNS = np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120, 150, -150, 180])
+INTO = ("put_in",)
+ONTO = ("put_on", "stack")
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A way to let go: hand pose (4, 4), how the thing moved (4, 4), and what it may touch there."""
+
+    hand: FloatArray
+    motion: FloatArray
+    touches: frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Destination:
+    """Where the footprint's centre goes (2,), the height of its bottom, what it may touch, and the target's shape."""
+
+    xy: FloatArray
+    bottom: float
+    touches: frozenset[str]
+    into: ObjectShape | None = None
+
+
+def destination(task: ManipulationTask, moved: ObjectShape, target: ObjectShape | None) -> Destination:
+    """Work out the destination of a task.
+
+    Raises:
+        RefusedError: there is no place, it is off the table, or the thing cannot go there.
+    """
+    what = task.object_text or moved.name
+    into = task.primitive in INTO or (task.relation == "in" and target is not None)
+    onto = task.primitive in ONTO or (task.relation == "on" and target is not None)
+    if target is not None and into:
+        return _inside(moved, target, what)
+    if target is not None and onto:
+        return _upon(moved, target)
+    if task.target_pose is None or task.table is None:
+        raise RefusedError(f"I do not know where to put the {what}")
+    xy = np.asarray(task.target_pose[:2, 3], dtype=float)
+    if not on_table(task.table, xy, 0.02):
+        raise RefusedError(f"the place for the {what} is not on the table")
+    return Destination(xy, task.table.height_m + RELEASE_GAP, frozenset({TABLE}))
+
+
+def _inside(moved: ObjectShape, target: ObjectShape, what: str) -> Destination:
+    rim = target.rim
+    if rim is None:
+        return _upon(moved, target)
+    if float(moved.size[1]) > 2.0 * rim.radius:
+        raise RefusedError(f"the {what} is too wide for the {target.name}")
+    return Destination(rim.centre, rim.floor_z + 0.006, frozenset({target.name, TABLE}), target)
+
+
+def _upon(moved: ObjectShape, target: ObjectShape) -> Destination:
+    """Find the surface that the thing will rest on: the floor of a flat dish, or the top."""
+    touches = frozenset({target.name, TABLE})
+    if target.rim is not None and target.rim.z - target.rim.floor_z < 0.035:
+        if float(moved.size[0]) < 1.6 * target.rim.radius:
+            return Destination(target.rim.centre, target.rim.floor_z + 0.006, touches)
+        return Destination(target.rim.centre, target.rim.z + RELEASE_GAP, touches)
+    return Destination(target.middle[:2], target.top + RELEASE_GAP, touches)
+
+
+def place_options(goal: Destination, moved: ObjectShape, grasp: Grasp, gripper: GripperShape) -> list[Place]:
+    """Return hand poses that bring the thing there, with different turns about the vertical, least turn first."""
+    origin = np.array([moved.middle[0], moved.middle[1], moved.bottom])
+    options = []
+    for turn in _TURNS:
+        bottom = goal.bottom if goal.into is None else _release_height(goal.into, moved, grasp, gripper, goal.bottom)
+        motion = upright(np.array([goal.xy[0], goal.xy[1], bottom]), float(turn)) @ upright(-origin, 0.0)
+        options.append(Place(motion @ grasp.pose, motion, goal.touches))
+    return options
+
+
+def _release_height(
+    target: ObjectShape, moved: ObjectShape, grasp: Grasp, gripper: GripperShape, floor: float
+) -> float:
+    """Return the bottom height at which fingers stay clear of the rim, as low as that allows."""
+    if target.rim is None:
+        return target.top + RELEASE_GAP
+    pitch = float(np.arcsin(np.clip(-grasp.approach[2], -1.0, 1.0)))
+    tips = float(grasp.pose[2, 3] + gripper.tip * grasp.approach[2]) - gripper.half_width * float(np.cos(pitch))
+    hang = tips - moved.bottom  # finger tips above the thing's bottom
+    fits = 0.5 * float(moved.size[0]) < target.rim.radius - 0.015
+    lowest = floor if fits else target.rim.z + RELEASE_GAP
+    return max(lowest, target.rim.z + 0.012 - hang)

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A whole manipulation as steps that can be carried out one after the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from uncom_tiago_exec.grasps import Grasp
+from uncom_tiago_exec.scene_model import SceneModel
+from uncom_tiago_exec.types import FloatArray, Side, Stage, Trajectory
+
+
+@dataclass(frozen=True, slots=True)
+class MoveStep:
+    """Follow a trajectory of torso and arm."""
+
+    stage: Stage
+    trajectory: Trajectory
+    detail: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class GripStep:
+    """Bring the fingers to a gap [m]; `holding` expects something between them and aims below its width."""
+
+    stage: Stage
+    gap: float
+    holding: bool = False
+    detail: str = ""
+
+
+Step = MoveStep | GripStep
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Steps for one arm. `held_from` and `held_to` are the steps between which something is in the hand.
+
+    motion (4, 4) is what the placing does to the thing: transform from where it was to where it will be.
+    """
+
+    side: Side
+    steps: tuple[Step, ...]
+    scene: SceneModel
+    grasp: Grasp | None = None
+    motion: FloatArray | None = None
+    planning_s: float = 0.0
+    timings_s: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def duration_s(self) -> float:
+        """Time in motion, without the grippers [s]."""
+        return sum(step.trajectory.duration_s for step in self.steps if isinstance(step, MoveStep))
