@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from uncom_common.exceptions import InvalidConfigError
 
 
-
 @dataclass(frozen=True, slots=True)
 class PlacingConfig:
     """How places are chosen [m]."""
@@ -39,15 +38,21 @@ class ReasonerConfig:
     base_frame: str = field(default="base_footprint", metadata={"description": "frame of grounded commands"})
     weights_file: str = field(default="", metadata={"description": "YAML of the posterior's weights; empty: shipped"})
     perspective: str = field(default="robot", metadata={"description": "whose left and right: robot or speaker"})
-    reliable_images: bool = field(default=True, metadata={"description": "reliable image subscriptions; else best effort"})
+    reliable_images: bool = field(
+        default=True, metadata={"description": "reliable image subscriptions; else best effort"}
+    )
     use_depth: bool = field(default=True, metadata={"description": "use depth_registered images when they come"})
     buffer_s: float = field(default=10.0, metadata={"description": "how long images are kept [s]"})
     buffer_hz: float = field(default=8.0, metadata={"description": "most images kept a second [1/s]"})
     hands_keep_s: float = field(default=20.0, metadata={"description": "how long hands are kept [s]"})
     late_pointing_s: float = field(default=0.6, metadata={"description": "wait for hands after the last word [s]"})
     wait_timeout_s: float = field(default=2.0, metadata={"description": "longest wait for hands and images [s]"})
-    detect_timeout_s: float = field(default=15.0, metadata={"description": "longest wait for the detector, wall time [s]"})
-    hand_free_before_s: float = field(default=0.4, metadata={"description": "no hand this long before a scene frame [s]"})
+    detect_timeout_s: float = field(
+        default=15.0, metadata={"description": "longest wait for the detector, wall time [s]"}
+    )
+    hand_free_before_s: float = field(
+        default=0.4, metadata={"description": "no hand this long before a scene frame [s]"}
+    )
     hand_free_after_s: float = field(default=0.8, metadata={"description": "no hand this long after a scene frame [s]"})
     clearance_m: float = field(default=0.02, metadata={"description": "gap kept to other things [m]"})
     edge_margin_m: float = field(default=0.02, metadata={"description": "gap kept to the table's edge [m]"})

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 from uncom_language.types import Command
 from uncom_perception.types import Detection
+
 from uncom_reasoner.phrases import antecedent_of
 from uncom_reasoner.types import FloatArray, GroundedCommand, Status
 
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """The last command that was grounded: its thing, where that was and went (3,) in the scene frame, and its target."""
+    """The last command that was grounded: its thing, the places (3,) where that was and went, and its target."""
 
     noun: str = ""
     thing: Detection | None = None

@@ -11,17 +11,28 @@ from uncom_language.types import Command, Reference
 OBJECTS = "objects"
 CONTAINER = "container"
 
-GENERIC_HEADS = frozenset(
-    "thing things object objects item items one ones stuff something anything this that these those it them here there".split()
+GENERIC_NOUNS = (
+    "thing",
+    "things",
+    "object",
+    "objects",
+    "item",
+    "items",
+    "one",
+    "ones",
+    "stuff",
+    "something",
+    "anything",
 )
-TABLE_HEADS = frozenset("table desk tabletop counter countertop surface worktop".split())
-PLACE_HEADS = frozenset("here there place spot area space position location".split())
+GENERIC_HEADS = frozenset((*GENERIC_NOUNS, "this", "that", "these", "those", "it", "them", "here", "there"))
+TABLE_HEADS = frozenset(["table", "desk", "tabletop", "counter", "countertop", "surface", "worktop"])
+PLACE_HEADS = frozenset(["here", "there", "place", "spot", "area", "space", "position", "location"])
 SUBSTITUTES = frozenset(("one", "ones"))
 # words that compare things of a kind; the value says which way to sort
 POSITION_WORDS = {
-    "left": "left", "leftmost": "left", "right": "right", "rightmost": "right",
+    "left": "left", "leftmost": "left", "right": "right", "rightmost": "right", "far": "far",
     "front": "near", "frontmost": "near", "nearest": "near", "closest": "near", "closer": "near", "nearer": "near",
-    "back": "far", "rear": "far", "far": "far", "farthest": "far", "furthest": "far", "farther": "far", "further": "far",
+    "back": "far", "rear": "far", "farthest": "far", "furthest": "far", "farther": "far", "further": "far",
     "middle": "middle", "center": "middle", "centre": "middle", "central": "middle",
 }  # fmt: skip
 SIZE_WORDS = {
@@ -50,7 +61,7 @@ def is_table(reference: Reference) -> bool:
 def detector_phrase(reference: Reference, antecedent: str = "") -> str:
     """Return the noun phrase that the detector is asked for.
 
-    Words that compare or locate are left out (the reasoner weighs them itself); "one" takes the noun that it stands for.
+    Words that compare or locate are left out (the reasoner weighs them itself); "one" takes the noun it stands for.
     """
     kept = [m for m in reference.modifiers if m.lower() not in POSITION_WORDS and m.lower() not in SIZE_WORDS]
     head = reference.head.lower()
@@ -63,7 +74,7 @@ def detector_phrase(reference: Reference, antecedent: str = "") -> str:
 
 
 def comparisons(reference: Reference) -> tuple[str, ...]:
-    """Return the ways in which the wanted thing stands out among its kind: left, right, near, far, middle, large, ..."""
+    """Return the ways in which the wanted thing stands out among its kind: left, right, near, far, middle, ..."""
     words = [m.lower() for m in reference.modifiers]
     return tuple((POSITION_WORDS | SIZE_WORDS)[w] for w in words if w in POSITION_WORDS or w in SIZE_WORDS)
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where a thing can be set down: free cells that hold its footprint, reachable, and as the command wants it.
 
-The centre of the moved thing may go wherever its whole outline stays on the support (less a margin) and clear of every
-other outline (grown by the clearance): a Minkowski difference and sum. Among the free cells that contain such points and
-satisfy the goal, the one whose best point costs least is chosen, and the thing goes to that point.
+The centre of the moved thing may go wherever its whole outline stays on the support (less a margin) and clear of
+every other outline (grown by the clearance): a Minkowski difference and sum. Among the free cells that contain such
+points and satisfy the goal, the one whose best point costs least is chosen, and the thing goes to that point.
 """
 
 from __future__ import annotations

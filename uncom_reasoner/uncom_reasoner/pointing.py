@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """How well a thing or a place fits a fused ray: forward only, finite, to the thing itself and not to its centre.
 
-In space the error of a point is split into the part across the camera's line of sight (well seen) and the part along it
-(from depth, less sure); without depth only the first is known. An error is counted in standard deviations (z), where the
-fingertip's own uncertainty widens the cone near the hand. A ray that hits has z = 0; a thing behind the hand has a large z.
+In space the error of a point is split into the part across the camera's line of sight (well seen) and the part along
+it (from depth, less sure); without depth only the first is known. An error is counted in standard deviations (z), where
+the fingertip's own uncertainty widens the cone near the hand. A ray that hits has z = 0, a thing behind the hand a
+large one.
 """
 
 from __future__ import annotations
@@ -12,11 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-
-from uncom_common.transforms import apply, invert
 from uncom_perception.types import Detection
+
 from uncom_reasoner.surface import Surface
-from uncom_reasoner.types import Dwell, FloatArray, PhraseRay, TablePoint, View
+from uncom_reasoner.types import Dwell, FloatArray, PhraseRay, RayInSpace, TablePoint, View
 from uncom_reasoner.weights import Weights
 
 BEHIND_Z = 30.0
@@ -35,9 +35,9 @@ class PointingError:
 def pointing_error(dwell: Dwell, detection: Detection, weights: Weights) -> PointingError:
     """Measure the error of a thing in space where ray and thing have depth, else in the image."""
     geometry = detection.geometry
-    if dwell.direction is not None and geometry is not None and len(geometry.cloud):
+    if dwell.space is not None and geometry is not None and len(geometry.cloud):
         cloud = geometry.cloud[:: max(1, len(geometry.cloud) // POINTS)].astype(float)
-        z, angle = _errors_in_space(dwell, np.vstack([cloud, geometry.centroid[None, :]]), weights)
+        z, angle = _errors_in_space(dwell, dwell.space, np.vstack([cloud, geometry.centroid[None, :]]), weights)
     else:
         rows, columns = np.nonzero(detection.mask)
         box = detection.box
@@ -66,13 +66,10 @@ def _errors_in_image(dwell: Dwell, pixels: FloatArray, weights: Weights) -> tupl
     return np.where(angle > np.pi / 2.0, np.maximum(z, np.minimum(BEHIND_Z, r / (0.02 * dwell.width))), z), angle
 
 
-def _ray_axes(dwell: Dwell) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _ray_axes(space: RayInSpace) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the ray, the axis across the line of sight and the third one (unit vectors, scene frame)."""
-    assert dwell.direction is not None  # noqa: S101 (callers looked)
-    assert dwell.tip is not None  # noqa: S101
-    assert dwell.eye is not None  # noqa: S101
-    u = dwell.direction
-    across = np.cross(dwell.tip - dwell.eye, u)
+    u = space.direction
+    across = np.cross(space.tip - space.eye, u)
     norm = float(np.linalg.norm(across))
     if norm < 1e-6:  # the finger points along the line of sight: every side is alike
         across = np.cross(u, np.eye(3)[int(np.argmin(np.abs(u)))])
@@ -81,9 +78,11 @@ def _ray_axes(dwell: Dwell) -> tuple[FloatArray, FloatArray, FloatArray]:
     return u, across, np.cross(across, u)
 
 
-def _errors_in_space(dwell: Dwell, points: FloatArray, weights: Weights) -> tuple[FloatArray, FloatArray]:
-    u, across, along = _ray_axes(dwell)
-    v = points - dwell.tip
+def _errors_in_space(
+    dwell: Dwell, space: RayInSpace, points: FloatArray, weights: Weights
+) -> tuple[FloatArray, FloatArray]:
+    u, across, along = _ray_axes(space)
+    v = points - space.tip
     r = np.maximum(np.linalg.norm(v, axis=1), 1e-6)
     lateral = np.arcsin(np.clip((v @ across) / r, -1.0, 1.0))
     in_depth = np.arctan2(v @ along, v @ u)
@@ -140,12 +139,12 @@ def table_point(ray: PhraseRay, surface: Surface, view: View, weights: Weights) 
 def _fan(dwell: Dwell, surface: Surface, view: View, weights: Weights) -> tuple[FloatArray, FloatArray]:
     """Return points (N, 2) where rays around the dwell's meet the plane, and their probabilities (N,)."""
     steps = np.linspace(-2.0, 2.0, 9)
-    if surface.metric and dwell.direction is not None and dwell.tip is not None:
-        u, across, along = _ray_axes(dwell)
+    if surface.metric and dwell.space is not None:
+        u, across, along = _ray_axes(dwell.space)
         a, b = np.meshgrid(steps * dwell.sigma_rad, steps * dwell.sigma_rad * weights.depth_sigma_ratio)
         w = np.exp(-0.5 * ((a / dwell.sigma_rad) ** 2 + (b / (dwell.sigma_rad * weights.depth_sigma_ratio)) ** 2))
         d = u + np.tan(a).reshape(-1, 1) * across + np.tan(b).reshape(-1, 1) * along
-        return _meet(dwell.tip, d, surface, w.ravel() / w.sum(), limit_m=1.2)
+        return _meet(dwell.space.tip, d, surface, w.ravel() / w.sum(), limit_m=1.2)
     # Without depth the length of the ray is not known: people point from a few finger lengths away.
     lengths = dwell.finger_px * np.geomspace(0.5, 12.0, 24)
     prior = np.exp(-0.5 * (np.log(lengths / (3.0 * dwell.finger_px)) / 0.7) ** 2)
@@ -171,8 +170,3 @@ def _meet(
         t = -start[2] / d[:, 2]
     ok = np.isfinite(t) & (t > 0.0) & (t * np.linalg.norm(d, axis=1) < limit_m)
     return start[:2] + t[ok, None] * d[ok, :2], w[ok]
-
-
-def camera_from_scene(view: View) -> FloatArray | None:
-    """Return transform_scene_to_camera (4, 4), or None if it is not known."""
-    return None if view.transform_camera_to_scene is None else invert(view.transform_camera_to_scene)

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which rays belong to which words, and how the rays of a dwell become one.
 
-The paper takes the ray of one frame, the end of the phrase (section III-D, E). Here all frames around a phrase count: they
-are cut into dwells (the hand points one way for a while), each dwell's rays are fused, and each phrase gets the dwells
-around its own words with shares by time and stillness. A moving hand weighs little; a hand may come early or stay late.
+The paper takes the ray of one frame, the end of the phrase (section III-D, E). Here all frames around a phrase count:
+they are cut into dwells (the hand points one way for a while), each dwell's rays are fused, and each phrase gets the
+dwells around its own words with shares by time and stillness. A moving hand weighs little; a hand may come early or
+stay late.
 """
 
 from __future__ import annotations
@@ -12,11 +13,11 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
-
 from uncom_common.transforms import apply
 from uncom_language.types import Reference, Span
-from uncom_perception.types import Hand, HandsFrame
-from uncom_reasoner.types import Dwell, FloatArray, PhraseRay, RayObservation
+from uncom_perception.types import Hand, HandsFrame, PointingRay
+
+from uncom_reasoner.types import Dwell, FloatArray, PhraseRay, RayInSpace, RayObservation
 from uncom_reasoner.weights import Weights
 
 SPLIT_GAP_S = 0.45
@@ -35,19 +36,18 @@ def observe(frames: Sequence[HandsFrame], camera_to_scene_at: TransformAt) -> tu
         for index, hand in enumerate(frame.hands):
             if hand.ray is not None:
                 share = 1.0 if frame.pointing_hand in (index, None) else OTHER_HAND
-                found.append(_observation(frame, hand, share, camera_to_scene_at(frame.stamp_s)))
+                found.append(_observation(frame, hand, hand.ray, share, camera_to_scene_at(frame.stamp_s)))
     return tuple(found)
 
 
-def _observation(frame: HandsFrame, hand: Hand, share: float, transform: FloatArray | None) -> RayObservation:
-    ray = hand.ray
-    assert ray is not None  # noqa: S101 (for the type checker; the caller looked)
-    tip = direction = eye = None
+def _observation(
+    frame: HandsFrame, hand: Hand, ray: PointingRay, share: float, transform: FloatArray | None
+) -> RayObservation:
+    space = None
     if ray.metric is not None and transform is not None:
-        tip = apply(transform, ray.metric.tip)
         direction = transform[:3, :3] @ ray.metric.direction
         direction = direction / np.linalg.norm(direction)
-        eye = transform[:3, 3].copy()
+        space = RayInSpace(apply(transform, ray.metric.tip), direction, transform[:3, 3].copy())
     return RayObservation(
         stamp_s=frame.stamp_s,
         hand=hand.handedness,
@@ -57,20 +57,17 @@ def _observation(frame: HandsFrame, hand: Hand, share: float, transform: FloatAr
         tip_px=np.asarray(ray.tip, dtype=float),
         base_px=np.asarray(ray.origin, dtype=float),
         direction_px=np.asarray(ray.direction, dtype=float),
-        tip=tip,
-        direction=direction,
-        eye=eye,
+        space=space,
     )
 
 
 def dwells_of(observations: Sequence[RayObservation], weights: Weights) -> tuple[Dwell, ...]:
     """Cut the rays of each hand into stretches of pointing one way and fuse each."""
-    dwells = []
+    dwells: list[Dwell] = []
     for hand in sorted({o.hand for o in observations}):
         track = [o for o in observations if o.hand == hand]
         still = _stillness(track, weights.still_speed)
-        for part in _split(track):
-            dwells.append(_fuse([track[i] for i in part], [still[i] for i in part], weights))
+        dwells.extend(_fuse([track[i] for i in part], [still[i] for i in part], weights) for part in _split(track))
     return tuple(sorted(dwells, key=lambda d: d.stamps_s[0]))
 
 
@@ -117,13 +114,13 @@ def _fuse(track: Sequence[RayObservation], still: Sequence[float], weights: Weig
     w = w * used
     independent = min(float(w.sum() ** 2 / (w**2).sum()), INDEPENDENT_FRAMES)
     sigma = float(np.sqrt(np.average([o.sigma_rad**2 for o in track], weights=w) / independent))
-    metric = [i for i, o in enumerate(track) if o.direction is not None]
-    tip = direction = eye = None
-    if metric and w[metric].sum() >= w.sum() / 3.0:
-        m = w[metric]
-        direction, kept = _robust_direction(np.array([track[i].direction for i in metric]), m)
-        tip = _weighted_median(np.array([track[i].tip for i in metric]), m * kept)
-        eye = np.average(np.array([track[i].eye for i in metric]), axis=0, weights=m)
+    metric = [(o.space, float(x)) for o, x in zip(track, w, strict=True) if o.space is not None]
+    m = np.array([x for _, x in metric])
+    space = None
+    if metric and m.sum() > 0.0 and m.sum() >= w.sum() / 3.0:
+        direction, kept = _robust_direction(np.array([s.direction for s, _ in metric]), m)
+        tip = _weighted_median(np.array([s.tip for s, _ in metric]), m * kept)
+        space = RayInSpace(tip, direction, np.average(np.array([s.eye for s, _ in metric]), axis=0, weights=m))
     return Dwell(
         hand=track[0].hand,
         stamps_s=tuple(o.stamp_s for o in track),
@@ -133,9 +130,7 @@ def _fuse(track: Sequence[RayObservation], still: Sequence[float], weights: Weig
         finger_px=float(np.median([np.linalg.norm(o.tip_px - o.base_px) for o in track])),
         tip_px=_weighted_median(tips, w),
         direction_px=direction_px,
-        tip=tip,
-        direction=direction,
-        eye=eye,
+        space=space,
     )
 
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from shapely.geometry import Polygon
-
 from uncom_language.types import Relation
+
 from uncom_reasoner.surface import Surface, centre_of
 from uncom_reasoner.types import FloatArray
 

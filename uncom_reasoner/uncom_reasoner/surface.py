@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The support as a plane with its own coordinates, in metres with depth and in pixels without.
 
-Metric plane coordinates are x away from the robot and y to its left, z upwards from the support; for a scene in the base
-frame they are that frame's x and y. Without depth they are the image's u and v, and `unit` guesses pixels per metre.
+Metric plane coordinates are x away from the robot and y to its left, z upwards from the support; for a scene in the
+base frame they are that frame's x and y. Without depth they are the image's u and v, and `unit` guesses pixels per
+metre.
 """
 
 from __future__ import annotations
@@ -13,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 from shapely.geometry import MultiPoint, Polygon, box
-
 from uncom_common.transforms import apply, invert
 from uncom_perception.types import Detection, Scene, TableSurface
+
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.types import FloatArray, View
 
@@ -59,7 +60,10 @@ class Surface:
         """Return where an arm can place, or None if that is not known."""
         if not self.reach:
             return None
-        discs = [shapely.Point(s).buffer(self.reach_max).difference(shapely.Point(s).buffer(self.reach_min)) for s in self.reach]
+        discs = [
+            shapely.Point(s).buffer(self.reach_max).difference(shapely.Point(s).buffer(self.reach_min))
+            for s in self.reach
+        ]
         return shapely.union_all(discs)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values of deciding. Positions on the support are (2,) in plane coordinates (see surface.py); probabilities are 0 to 1."""
+"""Values of deciding. Positions on the support are (2,) in plane coordinates (see surface.py)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
-
 from uncom_common.camera import PinholeCamera
 from uncom_language.types import Command
 from uncom_perception.types import Box, Detection, Scene, TableSurface
@@ -42,7 +41,10 @@ class Factor:
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """One thing ("d3"), place ("cell_7") or "none" that was weighed; the sum of its factors, normalised, is its probability."""
+    """One thing ("d3"), place ("cell_7") or "none" that was weighed.
+
+    The exponential of the sum of its factors, normalised over the candidates, is its probability (0 to 1).
+    """
 
     id: str
     label: str
@@ -66,8 +68,17 @@ class View:
 
 
 @dataclass(frozen=True, slots=True)
+class RayInSpace:
+    """A pointing ray in the scene frame [m]: fingertip, unit direction, and the camera's centre, each (3,)."""
+
+    tip: FloatArray
+    direction: FloatArray
+    eye: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
 class RayObservation:
-    """The ray of one hand in one image: pixels always; tip, direction and eye (camera) (3,) in the scene frame if metric."""
+    """The ray of one hand in one image: in pixels always, in space if its depth is known."""
 
     stamp_s: float
     hand: str
@@ -77,9 +88,7 @@ class RayObservation:
     tip_px: FloatArray
     base_px: FloatArray
     direction_px: FloatArray
-    tip: FloatArray | None = None
-    direction: FloatArray | None = None
-    eye: FloatArray | None = None
+    space: RayInSpace | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,9 +103,7 @@ class Dwell:
     finger_px: float
     tip_px: FloatArray
     direction_px: FloatArray
-    tip: FloatArray | None = None
-    direction: FloatArray | None = None
-    eye: FloatArray | None = None
+    space: RayInSpace | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,9 +142,9 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class GroundedTarget:
-    """Where the moved thing is to end: pose (4, 4) of its footprint's centre on the support, and outline (N, 3), scene frame [m].
+    """Where the moved thing is to end: pose (4, 4) of its footprint's centre on the support, and outline (N, 3) [m].
 
-    Without depth the pose is None and the area (N, 3) is in pixels with z 0.
+    Both are in the scene's frame. Without depth the pose is None and the area is in pixels with z 0.
     """
 
     kind: TargetKind = TargetKind.NONE
@@ -198,13 +205,30 @@ class GroundedCommand:
 
 
 @dataclass(frozen=True, slots=True)
+class Counterfactual:
+    """What would have been likeliest for a part ("object", "target") without one source ("gesture", "words")."""
+
+    without: str
+    part: str
+    likeliest: str
+    probability: float
+
+
+@dataclass(frozen=True, slots=True)
 class Decision:
-    """A grounded command with what explains it: the gestures, the occupancy map and the reasons."""
+    """A grounded command with what explains it: the gestures, the occupancy map and the reasons.
+
+    outline is the support's (N, 2) in plane coordinates; metric tells whether those are metres (else pixels).
+    `refused` are readings that were weighed and not taken.
+    """
 
     grounded: GroundedCommand
     object_ray: PhraseRay | None = None
     target_ray: PhraseRay | None = None
     target_point: TablePoint | None = None
     cells: tuple[Cell, ...] = ()
+    outline: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    metric: bool = True
     refused: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    counterfactuals: tuple[Counterfactual, ...] = ()

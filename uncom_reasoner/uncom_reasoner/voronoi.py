@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The occupancy map: Voronoi cells of the support, of useful size, clipped to it (paper, section III-H).
 
-Seeds are spread evenly over the true outline (Lloyd's algorithm from a jittered grid, always the same), with more of them
-around things. A cell is occupied where it meets a footprint grown by the clearance.
+Seeds are spread evenly over the true outline (Lloyd's algorithm from a jittered grid, always the same), with more of
+them around things. A cell is occupied where it meets a footprint grown by the clearance.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def occupancy_map(
     grown = {name: shape.buffer(clearance) for name, shape in footprints.items() if not shape.is_empty}
     seeds = _seeds(outline, list(grown.values()), cell_size)
     parts = _clipped(seeds, outline)
-    cells = []
+    cells: list[Cell] = []
     for part in parts:
         names = [name for name, shape in grown.items() if shape.intersects(part)]
         cells.append(

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a place should be like, as costs over centres of the moved thing (placing.Cost)."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from shapely.geometry import Polygon
+from uncom_language.types import Reference
+
+from uncom_reasoner.placing import Cost
+from uncom_reasoner.relations import RelationGoal
+from uncom_reasoner.surface import Surface, centre_of
+from uncom_reasoner.types import FloatArray, TablePoint
+
+FARTHEST_POINTED_M = 0.25
+AREA_HEADS = frozenset(
+    ("corner", "middle", "center", "centre", "edge", "side", "left", "right", "front", "back", "end")
+)
+
+
+def pointed_cost(point: TablePoint, surface: Surface) -> Cost:
+    """Cost of the distance from where a gesture meets the support, in its own uncertainty; far away fails."""
+    # Half plain distance: the place named by a steady finger is the point itself, not anywhere in its spread.
+    unit = surface.unit
+    inverse = np.linalg.inv(point.covariance)
+
+    def cost(points: FloatArray, moved: FloatArray) -> FloatArray:  # noqa: ARG001 (a Cost takes both)
+        offset = points - point.mean
+        distance = np.linalg.norm(offset, axis=1) / unit
+        spread = np.einsum("ni,ij,nj->n", offset, inverse, offset)
+        return np.where(distance <= FARTHEST_POINTED_M, spread + (distance / 0.03) ** 2, np.inf)
+
+    return cost
+
+
+def related_cost(goal: RelationGoal, point: TablePoint | None) -> Cost:
+    """Cost of a relation; a gesture beside the reference says which side or distance is meant."""
+    unit = goal.surface.unit
+    beside = point is not None and not goal.reference.buffer(0.01 * unit).contains(shapely.Point(*point.mean))
+
+    def cost(points: FloatArray, moved: FloatArray) -> FloatArray:
+        costs = goal.costs(points, moved)
+        if beside and point is not None:
+            costs = costs + (np.linalg.norm(points - point.mean, axis=1) / unit / 0.08) ** 2
+        return np.asarray(costs)
+
+    return cost
+
+
+def anywhere_cost(start: FloatArray, surface: Surface) -> Cost:
+    """Cost of "on the table": near where the thing is, in easy reach."""
+    unit = surface.unit
+
+    def cost(points: FloatArray, moved: FloatArray) -> FloatArray:  # noqa: ARG001
+        costs = (np.linalg.norm(points - start, axis=1) / unit / 0.2) ** 2
+        if surface.reach:
+            shoulders = np.array(surface.reach)
+            reach = np.linalg.norm(points[:, None, :] - shoulders, axis=2).min(axis=1)
+            costs = costs + (np.maximum(reach - 0.6, 0.0) / 0.1) ** 2
+        return np.asarray(costs)
+
+    return cost
+
+
+def area_cost(reference: Reference, surface: Surface, point: TablePoint | None) -> Cost:
+    """Cost of an absolute area of the support: "in the corner", "in the middle", "on the left side"."""
+    assert surface.polygon is not None  # noqa: S101 (callers looked)
+    ideals = _ideals(reference, surface, surface.polygon)
+    if point is not None and len(ideals) > 1:
+        ideals = ideals[[int(np.argmin(np.linalg.norm(ideals - point.mean, axis=1)))]]
+    unit = surface.unit
+
+    def cost(points: FloatArray, moved: FloatArray) -> FloatArray:  # noqa: ARG001
+        distance = np.linalg.norm(points[:, None, :] - ideals[None, :, :], axis=2).min(axis=1) / unit
+        return np.asarray(np.where(distance <= FARTHEST_POINTED_M, (distance / 0.08) ** 2, np.inf))
+
+    return cost
+
+
+def _ideals(reference: Reference, surface: Surface, outline: Polygon) -> FloatArray:
+    """Return the points (N, 2) that an area's name may mean."""
+    words = {reference.head.lower(), *(m.lower() for m in reference.modifiers), *reference.text.lower().split()}
+    centre = centre_of(outline)
+    frame = np.asarray(outline.minimum_rotated_rectangle.exterior.coords)[:-1]
+    ways = {"left": -surface.right, "right": surface.right, "front": -surface.far, "near": -surface.far,
+            "back": surface.far, "far": surface.far, "rear": surface.far}  # fmt: skip
+    wanted = [way for word, way in ways.items() if word in words]
+    if words & {"middle", "center", "centre"}:
+        return centre[None, :]
+    if "corner" in words:
+        points = centre + 0.8 * (frame - centre)
+    else:
+        points = centre + 0.7 * ((frame + np.roll(frame, -1, axis=0)) / 2.0 - centre)
+    for way in wanted:
+        along = (points - centre) @ way
+        points = points[along > 0.3 * along.max()]
+    return points

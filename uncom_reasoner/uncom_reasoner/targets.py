@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where the object is to end: a receiving thing or a free place (paper, section III-H).
+
+* a named thing, or "this bowl": as for objects;
+* "this", "this thing": a container near the gesture; several: by the posterior, nearest to the ray; none: a free place;
+* "here", "there": a free place at the gesture, or the container that it squarely points into;
+* left of, next to, between, ... a thing: a free place with that relation in metres;
+* a part of the table: a free place in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from shapely.geometry import Point, Polygon
+from uncom_language.types import Command, Primitive, Reference, Relation
+from uncom_perception.types import Detection
+
+from uncom_reasoner.context import Context
+from uncom_reasoner.exceptions import CannotGroundError, NoPlaceError, NotSupportedError
+from uncom_reasoner.goals import AREA_HEADS, anywhere_cost, area_cost, pointed_cost, related_cost
+from uncom_reasoner.phrases import CONTAINER, any_will_do, is_bare, is_place_word, is_table
+from uncom_reasoner.placing import Cost, Place, find_place
+from uncom_reasoner.pointing import table_point
+from uncom_reasoner.posterior import NONE, chosen, settle
+from uncom_reasoner.receiving import fits_in, opening_of, outline_of
+from uncom_reasoner.relations import RELATIVE, RelationGoal
+from uncom_reasoner.surface import centre_of
+from uncom_reasoner.things import Query, gesture, nearest_z, weigh
+from uncom_reasoner.types import Candidate, Cell, Choice, FloatArray, GroundedTarget, PhraseRay, TablePoint, TargetKind
+from uncom_reasoner.wording import spoken
+
+CONTAINER_SHARE = (
+    0.3  # a thing is a container if its score is this share of the best one's, and at least LEAST_CONTAINER
+)
+LEAST_CONTAINER = 0.1
+
+
+@dataclass(frozen=True)
+class TargetResult:
+    """A target with what explains it."""
+
+    target: GroundedTarget
+    choice: Choice
+    point: TablePoint | None = None
+    cells: tuple[Cell, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def resolve_target(command: Command, moved: Detection, ray: PhraseRay, context: Context) -> TargetResult:
+    """Find where a command wants its object.
+
+    Raises:
+        CannotGroundError: one of its kinds; the text is for the person.
+    """
+    reference, relation = command.target, command.relation
+    if relation is Relation.UNDER:
+        raise NotSupportedError("I cannot put things under other things.")
+    point = table_point(ray, context.surface, context.evidence.view, context.weights) if ray.present else None
+    if reference is None:
+        return _relative(command, moved, point, context, context.footprints[moved.id], moved.id)
+    if is_place_word(reference) or (relation in (Relation.HERE, Relation.THERE) and is_bare(reference)):
+        return _here(moved, ray, point, command, context)
+    if is_table(reference) or reference.head.lower() in AREA_HEADS:
+        return _on_table(reference, moved, point, context)
+    if relation in RELATIVE:
+        return _relative_to(command, reference, moved, ray, point, context)
+    return _receiver(command, reference, moved, ray, point, context)
+
+
+def _need_table(context: Context) -> None:
+    if context.surface.polygon is None:
+        raise NoPlaceError("I cannot see a table to put it on.")
+
+
+def _on_table(reference: Reference, moved: Detection, point: TablePoint | None, context: Context) -> TargetResult:
+    _need_table(context)
+    if not is_table(reference):
+        return _place(moved, area_cost(reference, context.surface, point), context, point)
+    if point is not None:
+        return _place(moved, pointed_cost(point, context.surface), context, point)
+    return _place(moved, anywhere_cost(centre_of(context.footprints[moved.id]), context.surface), context, point)
+
+
+def _receiver(
+    command: Command, reference: Reference, moved: Detection, ray: PhraseRay, point: TablePoint | None, context: Context
+) -> TargetResult:
+    """A thing that is to hold the object."""
+    query = Query(reference, ray, frozenset((moved.id,)), command.primitive)
+    candidates = weigh(query, context)
+    bare = is_bare(reference) and not reference.modifiers
+    if bare:
+        if not ray.present and not reference.anaphoric:
+            containers = [c for c in candidates if c.id != NONE and _is_container(c.id, context)]
+            if len(containers) != 1:
+                raise CannotGroundError("I did not see where you pointed.")
+        likeliest = candidates[0].id
+        if ray.present and (
+            likeliest == NONE or nearest_z(ray, context.thing(likeliest), context) > context.weights.near_ray_z
+        ):
+            return _pointed_place(moved, ray, point, context)
+    choice = settle(candidates, spoken(reference), context.weights, any_will_do=any_will_do(reference, command))
+    return _in_thing(command, moved, choice, point, context)
+
+
+def _in_thing(
+    command: Command, moved: Detection, choice: Choice, point: TablePoint | None, context: Context
+) -> TargetResult:
+    thing = context.thing(choice.chosen)
+    if command.primitive is Primitive.PUT_IN and not fits_in(moved, thing, context.surface):
+        raise NoPlaceError(f"The {moved.label or 'thing'} does not fit in the {thing.label or 'container'}.")
+    opening = opening_of(thing, context.surface)
+    outline = outline_of(thing, context.surface)
+    pose, area = _posed(opening.centre, opening.height, outline, moved, context)
+    target = GroundedTarget(TargetKind.OBJECT, thing, pose, area)
+    return TargetResult(target, choice, point)
+
+
+def _is_container(thing_id: str, context: Context) -> bool:
+    scores, _ = context.scores(CONTAINER)
+    mine = next(s for d, s in zip(context.things, scores, strict=True) if d.id == thing_id)
+    return mine >= max(LEAST_CONTAINER, CONTAINER_SHARE * max(scores))
+
+
+def _here(
+    moved: Detection, ray: PhraseRay, point: TablePoint | None, command: Command, context: Context
+) -> TargetResult:
+    """A place that is pointed at; a container squarely under the ray still is what is meant (paper's rule)."""
+    if not ray.present:
+        raise CannotGroundError("I did not see where you pointed.")
+    under = []
+    for thing in context.things:
+        if thing.id == moved.id or not _is_container(thing.id, context):
+            continue
+        shape = context.footprints[thing.id]
+        z = nearest_z(ray, thing, context)
+        hit = point is None or shape.is_empty or shape.buffer(0.02 * context.surface.unit).contains(Point(*point.mean))
+        if z <= context.weights.under_ray_z and hit:
+            under.append((z, thing.id))
+    if under and command.target is not None:
+        candidates = weigh(Query(command.target, ray, frozenset((moved.id,)), command.primitive), context)
+        return _in_thing(command, moved, chosen(candidates, min(under)[1]), point, context)
+    return _pointed_place(moved, ray, point, context)
+
+
+def _pointed_place(moved: Detection, ray: PhraseRay, point: TablePoint | None, context: Context) -> TargetResult:
+    _need_table(context)
+    if not ray.present:
+        raise CannotGroundError("I did not see where you pointed.")
+    if point is None:
+        raise CannotGroundError("You did not point at a place on the table.")
+    return _place(moved, pointed_cost(point, context.surface), context, point)
+
+
+def _relative_to(
+    command: Command, reference: Reference, moved: Detection, ray: PhraseRay, point: TablePoint | None, context: Context
+) -> TargetResult:
+    """A free place with a relation to a thing (or two)."""
+    candidates = weigh(Query(reference, ray, frozenset((moved.id,))), context)
+    choice = settle(candidates, spoken(reference), context.weights, any_will_do=any_will_do(reference, command))
+    shape = context.footprints[choice.chosen]
+    return _relative(command, moved, point, context, shape, choice.chosen, choice.candidates)
+
+
+def _relative(
+    command: Command,
+    moved: Detection,
+    point: TablePoint | None,
+    context: Context,
+    shape: Polygon,
+    anchor_id: str,
+    weighed: tuple[Candidate, ...] = (),
+) -> TargetResult:
+    _need_table(context)
+    second = _second(command, moved, anchor_id, context) if command.relation is Relation.BETWEEN else None
+    if shape.is_empty:
+        raise NoPlaceError("I cannot tell where on the table that is.")
+    goal = RelationGoal(command.relation, context.surface, shape, second)
+    result = _place(moved, related_cost(goal, point), context, point)
+    notes = (f"reference {anchor_id}",)
+    anchors = tuple(c for c in weighed if c.id != NONE)
+    # The places come first: they are what was chosen; the references keep their own probabilities behind them.
+    return TargetResult(result.target, result.choice, point, result.cells, notes + _reference_notes(anchors))
+
+
+def _reference_notes(anchors: tuple[Candidate, ...]) -> tuple[str, ...]:
+    return tuple(f"reference candidate {c.id} ({c.label}): {c.probability:.3f}" for c in anchors)
+
+
+def _second(command: Command, moved: Detection, first: str, context: Context) -> Polygon:
+    reference = command.reference2
+    if reference is None:
+        raise CannotGroundError("Between which two things? I understood only one of them.")
+    ray = gesture("reference2", reference, context)
+    candidates = weigh(Query(reference, ray, frozenset((moved.id, first))), context)
+    choice = settle(candidates, spoken(reference), context.weights)
+    return context.footprints[choice.chosen]
+
+
+def _place(moved: Detection, cost: Cost, context: Context, point: TablePoint | None) -> TargetResult:
+    shape = context.footprints[moved.id]
+    if shape.is_empty:
+        raise NoPlaceError("I cannot tell how much room it needs.")
+    obstacles: Mapping[str, Polygon] = {k: v for k, v in context.footprints.items() if k != moved.id}
+    place: Place = find_place(context.surface, shape, obstacles, cost, context.placing)
+    pose, area = _posed(place.centre, 0.0, Polygon(place.cell.polygon), moved, context)
+    return TargetResult(GroundedTarget(TargetKind.AREA, None, pose, area), place.choice, point, place.cells)
+
+
+def _posed(
+    centre: FloatArray, height: float, outline: Polygon, moved: Detection, context: Context
+) -> tuple[FloatArray | None, FloatArray]:
+    """Return the pose (4, 4) of the moved thing's footprint centre and the outline (N, 3), in the scene's frame.
+
+    The thing keeps the turn that it lies in.
+    """
+    surface = context.surface
+    area = surface.to_scene(np.asarray(outline.exterior.coords)[:-1], height)
+    if not surface.metric:
+        return None, area
+    pose = np.eye(4)
+    if moved.geometry is not None:
+        pose[:3, :3] = moved.geometry.pose[:3, :3]
+    pose[:3, 3] = surface.to_scene(centre, height)[0]
+    return pose, area

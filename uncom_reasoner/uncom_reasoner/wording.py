@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the robot says of a decision, in plain words."""
+
+from __future__ import annotations
+
+from uncom_language.types import Act, Command, Primitive, Reference, Relation
+
+from uncom_reasoner.phrases import is_bare, is_place_word
+from uncom_reasoner.posterior import label_of
+from uncom_reasoner.types import GroundedCommand, Status, TargetKind
+
+RELATION_WORDS = {
+    Relation.LEFT_OF: "to the left of",
+    Relation.RIGHT_OF: "to the right of",
+    Relation.IN_FRONT_OF: "in front of",
+    Relation.BEHIND: "behind",
+    Relation.NEXT_TO: "next to",
+    Relation.NEAR: "near",
+    Relation.BETWEEN: "between",
+}
+
+
+def spoken(reference: Reference) -> str:
+    """Return a reference as the robot would repeat it: "the red mug", "this"."""
+    words = reference.text.strip()
+    if is_bare(reference) and not reference.modifiers:
+        return reference.deictic or words or "it"
+    determiner = "the other" if reference.other else "the"
+    return f"{determiner} {words}" if words else "it"
+
+
+def described(reference: Reference | None) -> str:
+    """Return a reference as the paper's caption has it (words of the speaker), "" without one."""
+    if reference is None:
+        return ""
+    parts = [reference.deictic if reference.deictic and reference.deictic not in reference.text.split() else "",
+             "other" if reference.other else "", reference.text]  # fmt: skip
+    return " ".join(part for part in parts if part)
+
+
+def target_text(command: Command) -> str:
+    """Return the target with its relation: "left of the box", "bowl"."""
+    words = described(command.target)
+    relation = RELATION_WORDS.get(command.relation, "")
+    second = f" and {described(command.reference2)}" if command.reference2 is not None else ""
+    return f"{relation} {words}{second}".strip()
+
+
+def sentence(command: Command, grounded: GroundedCommand) -> str:
+    """Return what the robot says: what it understood, or why it could not."""
+    if grounded.status is not Status.GROUNDED:
+        return grounded.reason
+    thing = "the " + (label_of(grounded.object) if grounded.object is not None else "thing")
+    place = _place(command, grounded)
+    if not place:
+        return f"I take {thing}."
+    if command.primitive is Primitive.POUR:
+        return f"I pour from {thing} {place.replace('in ', 'into ', 1)}."
+    return f"I take {thing} and put it {place}."
+
+
+def _place(command: Command, grounded: GroundedCommand) -> str:
+    target = grounded.target
+    if target.kind is TargetKind.NONE:
+        return ""
+    if target.kind is TargetKind.OBJECT and target.detection is not None:
+        preposition = "in" if command.primitive in (Primitive.PUT_IN, Primitive.POUR) else "on"
+        return f"{preposition} the {label_of(target.detection)}"
+    if command.relation in RELATION_WORDS and command.target is not None:
+        second = f" and {spoken(command.reference2)}" if command.reference2 is not None else ""
+        return f"{RELATION_WORDS[command.relation]} {spoken(command.target)}{second}"
+    if command.target is not None and not is_place_word(command.target) and not is_bare(command.target):
+        return f"on {spoken(command.target)}"
+    return "there, where you point"
+
+
+def refusal(command: Command) -> str:
+    """Return what to say to an utterance that is no complete command."""
+    if command.act is Act.INCOMPLETE:
+        return command.reason or "Something is missing in what I understood. Please say it again."
+    return command.reason or "I did not understand a command. Tell me what to take and where to put it."
