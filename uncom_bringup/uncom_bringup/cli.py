@@ -14,9 +14,10 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
+from uncom_common.exceptions import UncomError
+
 from uncom_bringup import output
 from uncom_bringup.commands.version import VERSION
-from uncom_common.exceptions import UncomError
 
 DONE, FAILED, BAD_USE = 0, 1, 2
 INTERRUPTED = 130

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from builtin_interfaces.msg import Duration, Time
 from sensor_msgs.msg import CompressedImage, Image
+from uncom_common.conversions import depth_from_msg, depth_to_msg, rgb_from_msg, rgb_to_msg, seconds_from_msg
 
 from uncom_bringup import image_codec
 from uncom_bringup.exceptions import UnknownTypeError
 from uncom_bringup.topics import Form
-from uncom_common.conversions import depth_from_msg, depth_to_msg, rgb_from_msg, rgb_to_msg, seconds_from_msg
 
 _RGB_FORMAT = "rgb8; jpeg compressed bgr8"
 _DEPTH_FORMAT = "16UC1; compressedDepth png"

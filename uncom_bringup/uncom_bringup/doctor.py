@@ -111,7 +111,9 @@ def _microphone() -> Finding:
     cards = Path("/proc/asound/cards")
     text = cards.read_text(encoding="utf-8") if cards.exists() else ""
     good = bool(text.strip()) and "no soundcards" not in text
-    return Finding("microphone", good, "a sound card" if good else "no sound card: sound comes from /audio", needed=False)
+    return Finding(
+        "microphone", good, "a sound card" if good else "no sound card: sound comes from /audio", needed=False
+    )
 
 
 def examine() -> tuple[Finding, ...]:

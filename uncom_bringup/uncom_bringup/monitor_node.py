@@ -12,13 +12,13 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from sensor_msgs.msg import Image
+from uncom_common.conversions import rgb_from_msg, seconds_from_msg
 
 from uncom_bringup import run_record as kinds
 from uncom_bringup import topics
 from uncom_bringup.conversions import message_class, plain_from_msg
 from uncom_bringup.image_codec import encode_jpeg
 from uncom_bringup.run_record import Event, Frame, RunRecord
-from uncom_common.conversions import rgb_from_msg, seconds_from_msg
 
 _LISTENED = {
     kinds.TRANSCRIPT: topics.TRANSCRIPT,

@@ -16,13 +16,13 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
+from uncom_common.conversions import time_to_msg
 
 from uncom_bringup import output
 from uncom_bringup.bag_reader import BagMessage, BagReader, BagTopic
 from uncom_bringup.conversions import compressed_to_image, message_class
 from uncom_bringup.exceptions import BadInputError, UnknownTypeError
 from uncom_bringup.topics import NOT_REPLAYED
-from uncom_common.conversions import time_to_msg
 
 _COMPRESSED = "sensor_msgs/msg/CompressedImage"
 _SUFFIXES = ("/compressedDepth", "/compressed")

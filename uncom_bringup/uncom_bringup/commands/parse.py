@@ -20,7 +20,7 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     parser = subparsers.add_parser(
         "parse",
         help="text -> command(s)",
-        description="Understand sentences: one an argument (bare words are one sentence) or one a line of standard input.",
+        description="Understand sentences: one per argument (bare words are one) or one per line of standard input.",
     )
     parser.add_argument("text", nargs="*", metavar="TEXT", help="a sentence; without any, lines of standard input")
     add_json(parser)
