@@ -78,7 +78,7 @@ def _sound_inertias(robot: ET.Element) -> None:
             continue
         xx, xy, xz, yy, yz, zz = (float(tensor.get(f"i{key}", "0")) for key in ("xx", "xy", "xz", "yy", "yz", "zz"))
         principal = np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
-        if principal[0] > 0.0 and principal[0] + principal[1] >= principal[2]:
+        if principal[0] > 0.0 and principal[0] + principal[1] > 1.02 * principal[2]:
             continue
         ball = max(float(principal[2]), 0.4 * mass * 0.02**2)
         for key in ("xy", "xz", "yz"):
