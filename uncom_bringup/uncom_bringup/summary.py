@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Any
 
 from uncom_bringup import run_record as kinds
@@ -35,7 +36,7 @@ def _text(reference: Mapping[str, Any]) -> str | None:
 
 
 def chosen_places(grounded: Mapping[str, Any]) -> dict[str, Any]:
-    """Return where the chosen object and target are and the free place [m, base_footprint], None where there is none."""
+    """Return where the chosen object, target and free place are [m, base_footprint]; None where there is none."""
     result: dict[str, Any] = {"object": None, "target": None, "area": None}
     if grounded["status"] != STATUS_GROUNDED:
         return result
@@ -114,7 +115,7 @@ def stage_times(record: RunRecord) -> list[tuple[str, float]]:
     """Return the stages of execution in order, each with how long it took [s, ROS clock]."""
     stages = [event for event in record.of(kinds.EXECUTION) if event.data["stage"] != STAGE_IDLE]
     times = []
-    for event, following in zip(stages, stages[1:], strict=False):
+    for event, following in pairwise(stages):
         name = str(event.data["stage_name"] or event.data["stage"]).lower()
         times.append((name, max(0.0, _moment(following) - _moment(event))))
     return times

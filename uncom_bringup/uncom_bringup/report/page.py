@@ -124,9 +124,7 @@ def _tables(explanation: Mapping[str, Any]) -> list[dict[str, Any]]:
                 "chosen": c["chosen"],
                 "probability": c["probability"],
                 "log": c["log"],
-                "factors": [
-                    (c["factors"][name], _shade(c["factors"][name])) if name in c["factors"] else None for name in names
-                ],
+                "factors": [_factor(c["factors"].get(name)) for name in names],
             }
             for c in shown
         ]
@@ -134,9 +132,11 @@ def _tables(explanation: Mapping[str, Any]) -> list[dict[str, Any]]:
     return tables
 
 
-def _shade(value: float) -> float:
-    """Return how strongly a log factor speaks against a candidate, 0 to 1, for the colour of its cell."""
-    return 0.0 if value >= 0.0 else 1.0 - math.exp(value / 4.0)
+def _factor(value: float | None) -> tuple[float, float] | None:
+    """Return a log factor and how strongly it speaks against a candidate, 0 to 1, for the colour of its cell."""
+    if value is None:
+        return None
+    return value, 0.0 if value >= 0.0 else 1.0 - math.exp(value / 4.0)
 
 
 def _without(explanation: Mapping[str, Any]) -> list[str]:
