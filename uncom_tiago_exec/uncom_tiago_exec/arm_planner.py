@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from uncom_tiago_exec.cartesian import straight_path
 from uncom_tiago_exec.collision import CollisionChecker, Contacts, Margins
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import InCollisionError, PlanningError
 from uncom_tiago_exec.grasps import Grasp
 from uncom_tiago_exec.ik import IkSolver
-from uncom_tiago_exec.cartesian import straight_path
 from uncom_tiago_exec.obstacles import TABLE, attach, solids_of
 from uncom_tiago_exec.planning import JointPlanner, PlannerOptions
 from uncom_tiago_exec.robot_model import ArmGroup, RobotModel, finger_joints
@@ -54,9 +54,7 @@ class ArmPlanner:
             self._groups[key] = self._robot.group(self.side, {**self._positions, **fingers})
         return self._groups[key]
 
-    def _checker(
-        self, gap: float, kind: str, obstacles: tuple[Obstacle, ...], contacts: Contacts
-    ) -> CollisionChecker:
+    def _checker(self, gap: float, kind: str, obstacles: tuple[Obstacle, ...], contacts: Contacts) -> CollisionChecker:
         group = self._group(gap)
         key = (round(gap / _GAP_STEP + 0.499), kind)
         if key not in self._checkers:

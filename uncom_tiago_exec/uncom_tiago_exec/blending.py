@@ -56,9 +56,7 @@ def _without_repeats(points: FloatArray, scale: FloatArray) -> FloatArray:
     return points[keep]
 
 
-def _grid(
-    pieces: list[tuple[float, FloatArray, FloatArray, FloatArray]], last: FloatArray, step: float
-) -> PathGrid:
+def _grid(pieces: list[tuple[float, FloatArray, FloatArray, FloatArray]], last: FloatArray, step: float) -> PathGrid:
     s, q, first_start, first_end, second = [], [], [], [], []
     offset = 0.0
     for length, start, first, bend in pieces:
@@ -74,6 +72,9 @@ def _grid(
         second.append(np.broadcast_to(bend, (count, len(bend))))
         offset += length
     return PathGrid(
-        np.concatenate([*s, [offset]]), np.vstack([*q, last[None]]), np.vstack(first_start), np.vstack(first_end),
+        np.concatenate([*s, [offset]]),
+        np.vstack([*q, last[None]]),
+        np.vstack(first_start),
+        np.vstack(first_end),
         np.vstack(second),
     )

@@ -141,8 +141,12 @@ class CollisionChecker:
             request, result = coal.DistanceRequest(), coal.DistanceResult()
             first, second = (self._geometry.geometryObjects[i].geometry for i in (pair.first, pair.second))
             distance = coal.distance(
-                first, _transform(self._gdata.oMg[pair.first]), second, _transform(self._gdata.oMg[pair.second]),
-                request, result,
+                first,
+                _transform(self._gdata.oMg[pair.first]),
+                second,
+                _transform(self._gdata.oMg[pair.second]),
+                request,
+                result,
             )
             if distance <= 1e-4:
                 stuck.append(self._pair_names(k))
@@ -167,7 +171,7 @@ class CollisionChecker:
         """Return the first configuration of a polyline (N, 8) that does not keep its margins, or None."""
         for q in densify(path, step):
             if not self.is_free(q):
-                return q
+                return np.asarray(q)
         return None
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from uncom_common.exceptions import InvalidConfigError
 
+
 @dataclass(frozen=True, slots=True)
 class ExecutionConfig:
     """Each field is a parameter of the node."""

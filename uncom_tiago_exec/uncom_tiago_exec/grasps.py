@@ -163,7 +163,8 @@ def _tip_depth(
         room = shape.rim.z - shape.rim.floor_z - gripper.half_width * np.cos(hand.pitch) - 0.003
         wanted = min(wanted, room / np.sin(hand.pitch))
         return wanted if wanted > 0.006 else None
-    least = -0.003 if shape.height < 0.03 else 0.003
+    # a pad is 5 cm wide: when it comes in obliquely its lower half still holds what lies below the middle of its tip
+    least = -min(0.25 * shape.height, 0.6 * gripper.half_width * float(np.cos(hand.pitch)) + 0.003)
     return wanted if wanted >= least else None
 
 
@@ -201,7 +202,7 @@ def _quality(
     low, high = edges
     left, right = span[span[:, 1] < low + _PATCH], span[span[:, 1] > high - _PATCH]
     # both pads should meet at one place of the fingers, else they turn the thing
-    slant = np.linalg.norm((left[:, [0, 2]].mean(axis=0) - right[:, [0, 2]].mean(axis=0)))
+    slant = np.linalg.norm(left[:, [0, 2]].mean(axis=0) - right[:, [0, 2]].mean(axis=0))
     facing = float(np.exp(-((slant / max(high - low, 0.012)) ** 2) * 2.0))
     patch = min(float(np.ptp(left[:, 2])), float(np.ptp(right[:, 2]))) + 0.5 * min(
         float(np.ptp(left[:, 0])), float(np.ptp(right[:, 0]))

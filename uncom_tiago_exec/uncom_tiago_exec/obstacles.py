@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 import shapely
-
 from uncom_common.transforms import invert
 from uncom_perception.types import TableSurface
+
 from uncom_tiago_exec.exceptions import RefusedError
 from uncom_tiago_exec.shapes import ObjectShape, smallest_rectangle
 from uncom_tiago_exec.types import Attachment, FloatArray, Obstacle

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from uncom_tiago_exec.arm_planner import TABLE_ONLY, ArmPlanner
-from uncom_tiago_exec.collision import CollisionChecker
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import (
     ExecutionError,
@@ -30,7 +29,7 @@ from uncom_tiago_exec.placing import Destination, Place, destination, place_opti
 from uncom_tiago_exec.plan import GripStep, MoveStep, Plan, Step
 from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.scene_model import SceneModel, build_scene
-from uncom_tiago_exec.types import SIDES, FloatArray, ManipulationTask, Stage
+from uncom_tiago_exec.types import SIDES, FloatArray, ManipulationTask, Side, Stage
 
 _LOG = logging.getLogger(__name__)
 _LIFTS = (0.12, 0.08, 0.05)
@@ -58,7 +57,7 @@ class _Reach:
         if self.lower is not None and self.retreat is not None:
             hops += [(self.lift[-1], self.lower[0]), (self.retreat[-1], self.arm.start)]
         motion = sum(float((np.abs(b - a) / speed).max()) for a, b in hops)
-        return (motion + 3.0) / max(self.grasp.quality, 0.05) ** 0.7
+        return float((motion + 3.0) / max(self.grasp.quality, 0.05) ** 0.7)
 
 
 class PickPlacePlanner:
@@ -69,9 +68,7 @@ class PickPlacePlanner:
         self.robot = robot
         self.config = config
 
-    def plan(
-        self, task: ManipulationTask, positions: Mapping[str, float], avoid: Sequence[FloatArray] = ()
-    ) -> Plan:
+    def plan(self, task: ManipulationTask, positions: Mapping[str, float], avoid: Sequence[FloatArray] = ()) -> Plan:
         """Plan a task from the present joint positions and back to them.
 
         avoid holds hand poses (4, 4) that failed before: grasps nearer than 1.5 cm and 20 degrees are left out.
@@ -103,7 +100,7 @@ class PickPlacePlanner:
 
     def _search(
         self,
-        arms: Mapping[str, ArmPlanner],
+        arms: Mapping[Side, ArmPlanner],
         grasps: Sequence[Grasp],
         goal: Destination | None,
         scene: SceneModel,
@@ -219,7 +216,7 @@ def _near(a: FloatArray, b: FloatArray) -> bool:
 
 
 def _ordered(
-    arms: Mapping[str, ArmPlanner], grasps: Sequence[Grasp], goal: Destination | None
+    arms: Mapping[Side, ArmPlanner], grasps: Sequence[Grasp], goal: Destination | None
 ) -> list[tuple[ArmPlanner, Grasp]]:
     """Sort pairs of arm and grasp by worth: quality, arm on the right side, hand not turned back to the robot."""
     scored = []

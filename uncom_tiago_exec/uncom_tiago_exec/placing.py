@@ -6,16 +6,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from uncom_tiago_exec.exceptions import RefusedError
 from uncom_tiago_exec.grasps import Grasp
-from uncom_tiago_exec.obstacles import TABLE, on_table, upright
+from uncom_tiago_exec.obstacles import TABLE, on_table
 from uncom_tiago_exec.robot_model import GripperShape
 from uncom_tiago_exec.shapes import ObjectShape
 from uncom_tiago_exec.types import FloatArray, ManipulationTask
 
 RELEASE_GAP = 0.002  # [m] between bottom and support when the fingers open
 _TURNS = np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120, 150, -150, 180])
+_TILTS = np.radians([0, 20, 40])
 INTO = ("put_in",)
 ONTO = ("put_on", "stack")
 
@@ -80,25 +82,48 @@ def _upon(moved: ObjectShape, target: ObjectShape) -> Destination:
 
 
 def place_options(goal: Destination, moved: ObjectShape, grasp: Grasp, gripper: GripperShape) -> list[Place]:
-    """Return hand poses that bring the thing there, with different turns about the vertical, least turn first."""
-    origin = np.array([moved.middle[0], moved.middle[1], moved.bottom])
+    """Return hand poses that bring the thing there, turned about the vertical and tilted, least first.
+
+    Only what falls into an opening, or is a ball, may be tilted; a hand that is less steep reaches further.
+    """
+    ball = moved.axis is not None and moved.rim is None and 0.85 < moved.height / (2.0 * moved.axis.radius) < 1.15
+    steep = float(np.arcsin(np.clip(-grasp.approach[2], -1.0, 1.0)))
+    tilts = [t for t in _TILTS if t == 0.0 or goal.into is not None or ball]
     options = []
-    for turn in _TURNS:
-        bottom = goal.bottom if goal.into is None else _release_height(goal.into, moved, grasp, gripper, goal.bottom)
-        motion = upright(np.array([goal.xy[0], goal.xy[1], bottom]), float(turn)) @ upright(-origin, 0.0)
-        options.append(Place(motion @ grasp.pose, motion, goal.touches))
+    for tilt in tilts:
+        if steep - tilt < np.radians(34.0):
+            continue
+        for turn in _TURNS:
+            options.append(_place(goal, moved, grasp, gripper, float(turn), float(tilt)))
     return options
 
 
+def _place(
+    goal: Destination, moved: ObjectShape, grasp: Grasp, gripper: GripperShape, turn: float, tilt: float
+) -> Place:
+    """Turn and tilt the thing about its middle, and bring its lowest point to the height of release."""
+    closing = grasp.pose[:3, 1]
+    rotation = Rotation.from_rotvec([0.0, 0.0, turn]) * Rotation.from_rotvec(-tilt * closing)
+    motion = np.eye(4)
+    motion[:3, :3] = rotation.as_matrix()
+    motion[:3, 3] = -motion[:3, :3] @ moved.middle
+    low = float((moved.points @ motion[2, :3] + motion[2, 3]).min())
+    hand = motion @ grasp.pose
+    bottom = goal.bottom
+    if goal.into is not None:
+        bottom = _release_height(goal.into, moved, hand, low, gripper, goal.bottom)
+    motion[:3, 3] += [goal.xy[0], goal.xy[1], bottom - low]
+    return Place(motion @ grasp.pose, motion, goal.touches)
+
+
 def _release_height(
-    target: ObjectShape, moved: ObjectShape, grasp: Grasp, gripper: GripperShape, floor: float
+    target: ObjectShape, moved: ObjectShape, hand: FloatArray, low: float, gripper: GripperShape, floor: float
 ) -> float:
     """Return the bottom height at which fingers stay clear of the rim, as low as that allows."""
     if target.rim is None:
         return target.top + RELEASE_GAP
-    pitch = float(np.arcsin(np.clip(-grasp.approach[2], -1.0, 1.0)))
-    tips = float(grasp.pose[2, 3] + gripper.tip * grasp.approach[2]) - gripper.half_width * float(np.cos(pitch))
-    hang = tips - moved.bottom  # finger tips above the thing's bottom
+    pitch = float(np.arcsin(np.clip(-hand[2, 0], -1.0, 1.0)))
+    tips = float(hand[2, 3] + gripper.tip * hand[2, 0]) - gripper.half_width * float(np.cos(pitch))
     fits = 0.5 * float(moved.size[0]) < target.rim.radius - 0.015
     lowest = floor if fits else target.rim.z + RELEASE_GAP
-    return max(lowest, target.rim.z + 0.012 - hang)
+    return max(lowest, target.rim.z + 0.014 - (tips - low))

@@ -164,7 +164,7 @@ def _corners(geometry: Any, placement: Any) -> FloatArray:
     shape.computeLocalAABB()
     low, high = np.array(shape.aabb_local.min_), np.array(shape.aabb_local.max_)
     corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
-    return corners @ placement.rotation.T + placement.translation
+    return np.asarray(corners @ placement.rotation.T + placement.translation)
 
 
 class ArmGroup:

@@ -7,8 +7,8 @@ import logging
 from dataclasses import dataclass
 
 import numpy as np
-
 from uncom_perception.types import Detection
+
 from uncom_tiago_exec.exceptions import ExecutionError
 from uncom_tiago_exec.obstacles import solids_of, table_obstacle
 from uncom_tiago_exec.shapes import ObjectShape, shape_of

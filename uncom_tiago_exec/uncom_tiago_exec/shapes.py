@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
 from uncom_perception.types import Detection
+
 from uncom_tiago_exec.circles import Circle, fit_rim, fit_round
 from uncom_tiago_exec.exceptions import RefusedError
 from uncom_tiago_exec.types import FloatArray

@@ -40,7 +40,10 @@ class MotionLimits:
 
 
 def time_path(
-    joint_names: tuple[str, ...], waypoints: FloatArray, limits: MotionLimits, rate_hz: float = 50.0,
+    joint_names: tuple[str, ...],
+    waypoints: FloatArray,
+    limits: MotionLimits,
+    rate_hz: float = 50.0,
     radius: float = 0.25,
 ) -> Trajectory:
     """Return the motion along waypoints (N, J) from rest to rest, sampled at `rate_hz`.
@@ -72,7 +75,7 @@ def _speed_profile(grid: PathGrid, limits: MotionLimits) -> FloatArray:
     a = np.concatenate([grid.first_start, grid.first_end + 0.0], axis=1)
     b = np.concatenate([grid.second, grid.second], axis=1)
     # at the end of the interval x grows by 2 ds u
-    a[:, grid.q.shape[1]:] += 2.0 * ds[:, None] * grid.second
+    a[:, grid.q.shape[1] :] += 2.0 * ds[:, None] * grid.second
     a, b = np.concatenate([a, -a], axis=1), np.concatenate([b, -b], axis=1)
     c = np.tile(limits.acceleration, 4)
     fastest = np.full(count, np.inf)

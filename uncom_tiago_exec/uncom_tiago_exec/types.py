@@ -9,7 +9,6 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-
 from uncom_perception.types import Detection, TableSurface
 
 FloatArray = npt.NDArray[np.float64]

@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Carries out a task on a robot: plan, move, grip, check the grip, place, go home, look again.
+
+Runs in a thread of its own and blocks there; it knows the robot only through RobotInterface.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from uncom_perception.types import Detection, Scene
+
+from uncom_tiago_exec.config import ExecutionConfig
+from uncom_tiago_exec.exceptions import ExecutionError, GraspFailedError, MotionError, RefusedError, StoppedError
+from uncom_tiago_exec.pick_place import PLACING, PickPlacePlanner
+from uncom_tiago_exec.plan import GripStep, MoveStep, Plan
+from uncom_tiago_exec.robot_interface import RobotInterface
+from uncom_tiago_exec.robot_model import RobotModel
+from uncom_tiago_exec.types import FloatArray, ManipulationTask, Outcome, Stage, Status, Trajectory
+from uncom_tiago_exec.verification import middle_of, verify
+
+_LOG = logging.getLogger(__name__)
+SUPPORTED = (*PLACING, "pick")
+_SQUEEZE = 0.03  # [m] the fingers aim this much below what they hold; with 2 cm tolerance each they keep pressing
+_FOLLOW_M = 0.12  # [m] after a failed grasp the thing is looked for this far around its last place
+
+Report = Callable[[Status], None]
+
+
+class Engine:
+    """One task at a time."""
+
+    def __init__(self, model: RobotModel, robot: RobotInterface, config: ExecutionConfig, report: Report) -> None:
+        """Keep the parts; nothing moves yet."""
+        self._planner = PickPlacePlanner(model, config)
+        self._robot = robot
+        self._config = config
+        self._report = report
+        self._stage = Stage.IDLE
+        self._in_hand = ""
+
+    def execute(self, task: ManipulationTask) -> Outcome:
+        """Carry out a task; every stage is reported, the last one is DONE, FAILED or STOPPED."""
+        self._in_hand = ""
+        self._stage = Stage.IDLE
+        try:
+            text = self._run(task)
+        except StoppedError as error:
+            return self._end(Stage.STOPPED, str(error))
+        except ExecutionError as error:
+            return self._end(Stage.FAILED, str(error))
+        return self._end(Stage.DONE, text)
+
+    def _end(self, stage: Stage, text: str) -> Outcome:
+        before = self._stage
+        self._tell(stage, text)
+        return Outcome(stage == Stage.DONE, stage if stage == Stage.DONE else before, text, self._in_hand)
+
+    def _tell(self, stage: Stage, detail: str = "", arm: str = "", data: dict[str, object] | None = None) -> None:
+        self._report(Status(stage, detail, arm, data or {}))
+        self._stage = stage
+
+    def _run(self, task: ManipulationTask) -> str:
+        if task.primitive not in SUPPORTED:
+            raise RefusedError(f"I have not learned to {task.primitive.replace('_', ' ')} yet")
+        failed: list[FloatArray] = []
+        for attempt in range(self._config.grasp_attempts):
+            plan = self._plan(task, failed, attempt)
+            try:
+                self._take(task, plan)
+                break
+            except GraspFailedError as error:
+                if plan.grasp is not None:
+                    failed.append(plan.grasp.pose)
+                self._give_up_grasp(plan)
+                if attempt + 1 == self._config.grasp_attempts:
+                    raise
+                self._tell(Stage.PLANNING, f"{error}; I try another way", plan.side)
+                task = self._look_for(task)
+        if task.primitive == "pick":
+            return f"I hold the {self._in_hand}"
+        self._place(task, plan)
+        return self._check(task, plan)
+
+    def _plan(self, task: ManipulationTask, failed: list[FloatArray], attempt: int) -> Plan:
+        self._tell(Stage.PLANNING, "looking for a grasp and a way")
+        plan = self._planner.plan(task, self._robot.positions(), failed)
+        data: dict[str, object] = {
+            "attempt": attempt + 1,
+            "planning_s": round(plan.planning_s, 4),
+            "timings_s": plan.timings_s,
+            "motion_s": round(plan.duration_s, 3),
+        }
+        if plan.grasp is not None:
+            data["grasp"] = {
+                "family": plan.grasp.family,
+                "quality": round(plan.grasp.quality, 3),
+                "width_m": round(plan.grasp.width, 4),
+                "opening_m": round(plan.grasp.opening, 4),
+                "pose": np.round(plan.grasp.pose, 4).tolist(),
+            }
+        self._tell(Stage.PLANNING, f"planned in {plan.planning_s:.2f} s with the {plan.side} arm", plan.side, data)
+        return plan
+
+    def _take(self, task: ManipulationTask, plan: Plan) -> None:
+        what = task.object_text or task.object.label or "object"
+        holding = False
+        for step in plan.steps:
+            if step.stage > Stage.LIFTING:
+                break
+            self._announce(step, plan)
+            if isinstance(step, MoveStep):
+                self._robot.follow(step.trajectory)
+            elif step.holding:
+                self._close(plan, what)
+                holding = True
+            else:
+                self._robot.grip(plan.side, step.gap)
+            if holding and step.stage == Stage.LIFTING:
+                self._still_held(plan, what)
+        self._in_hand = what
+
+    def _close(self, plan: Plan, what: str) -> None:
+        """Close on the thing, press, and tell from the gap whether anything is there."""
+        width = plan.grasp.width if plan.grasp is not None else 0.0
+        gap = self._robot.grip(plan.side, max(0.0, width - _SQUEEZE))
+        gap = self._robot.grip(plan.side, max(0.0, gap - _SQUEEZE))
+        if gap < _empty_below(width):
+            raise GraspFailedError(f"my fingers closed beside the {what}")
+        self._tell(Stage.GRASPING, f"holding something {gap * 1000:.0f} mm wide", plan.side, {"gap_m": round(gap, 4)})
+
+    def _still_held(self, plan: Plan, what: str) -> None:
+        width = plan.grasp.width if plan.grasp is not None else 0.0
+        if _gap(self._robot.positions(), plan.side) < _empty_below(width):
+            raise GraspFailedError(f"the {what} slipped out of my fingers")
+
+    def _announce(self, step: MoveStep | GripStep, plan: Plan) -> None:
+        data: dict[str, object] = {}
+        if isinstance(step, MoveStep):
+            data["duration_s"] = round(step.trajectory.duration_s, 3)
+        self._tell(step.stage, step.detail, plan.side, data)
+
+    def _place(self, task: ManipulationTask, plan: Plan) -> None:
+        width = plan.grasp.width if plan.grasp is not None else 0.0
+        for step in plan.steps:
+            if step.stage <= Stage.LIFTING:
+                continue
+            if isinstance(step, GripStep):
+                if _gap(self._robot.positions(), plan.side) < _empty_below(width):
+                    raise MotionError(f"I lost the {self._in_hand} on the way")
+                self._announce(step, plan)
+                self._robot.grip(plan.side, step.gap)
+                self._in_hand = ""
+            else:
+                self._announce(step, plan)
+                self._robot.follow(step.trajectory)
+
+    def _give_up_grasp(self, plan: Plan) -> None:
+        """Open, and go the way back that was free on the way in."""
+        self._tell(Stage.RETREATING, "opening the fingers and going back", plan.side)
+        moves = [s for s in plan.steps if isinstance(s, MoveStep) and s.stage == Stage.APPROACHING]
+        lifts = [s for s in plan.steps if isinstance(s, MoveStep) and s.stage == Stage.LIFTING]
+        if plan.grasp is not None:
+            self._robot.grip(plan.side, plan.grasp.opening)
+        here = np.array([self._robot.positions()[name] for name in moves[0].trajectory.joint_names])
+        if self._stage == Stage.RETREATING and lifts and _at_end(lifts[0].trajectory, here):
+            self._robot.follow(reversed_trajectory(lifts[0].trajectory))
+        for move in reversed(moves):
+            self._robot.follow(reversed_trajectory(move.trajectory))
+
+    def _look_for(self, task: ManipulationTask) -> ManipulationTask:
+        """Look again and follow the thing to where it is now."""
+        scene = self._robot.look()
+        thing = _nearest(scene, task.object)
+        if thing is None:
+            raise GraspFailedError(f"I no longer see the {task.object_text or 'object'}")
+        target = _nearest(scene, task.target) if task.target is not None else None
+        return replace(
+            task, object=thing, scene=scene.detections, table=scene.table or task.table, target=target or task.target
+        )
+
+    def _check(self, task: ManipulationTask, plan: Plan) -> str:
+        if not self._config.verify:
+            return f"I have put the {task.object_text or 'object'} down"
+        self._tell(Stage.VERIFYING, "looking again")
+        finding = verify(task, plan, self._robot.look())
+        data: dict[str, object] = {"error_m": finding.error_m, "moved": dict(finding.moved)}
+        self._tell(Stage.VERIFYING, finding.text, plan.side, data)
+        if not finding.success:
+            raise ExecutionError(finding.text)
+        moved = ", ".join(f"the {name} by {distance * 100:.0f} cm" for name, distance in finding.moved)
+        return finding.text + (f"; I moved {moved}" if moved else "")
+
+
+def reversed_trajectory(trajectory: Trajectory) -> Trajectory:
+    """Return the same motion backwards."""
+    times = trajectory.times[-1] - trajectory.times[::-1]
+    return Trajectory(trajectory.joint_names, times, trajectory.positions[::-1], -trajectory.velocities[::-1])
+
+
+def _empty_below(width: float) -> float:
+    """Return the gap [m] under which fingers that closed on something `width` wide hold nothing."""
+    return max(0.002, 0.3 * width)
+
+
+def _gap(positions: dict[str, float], side: str) -> float:
+    return positions[f"gripper_{side}_left_finger_joint"] + positions[f"gripper_{side}_right_finger_joint"]
+
+
+def _at_end(trajectory: Trajectory, here: FloatArray) -> bool:
+    end, start = trajectory.positions[-1], trajectory.positions[0]
+    return bool(np.abs(here - end).max() < np.abs(here - start).max())
+
+
+def _nearest(scene: Scene, thing: Detection) -> Detection | None:
+    place = middle_of(thing)
+    seen = [d for d in scene.detections if d.geometry is not None]
+    near = [(float(np.linalg.norm(middle_of(d) - place)), i) for i, d in enumerate(seen)]
+    if not near or min(near)[0] > _FOLLOW_M:
+        return None
+    return seen[min(near)[1]]

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the engine needs from a robot, be it real, simulated behind ROS, or simulated in one process."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+from uncom_perception.types import Scene
+
+from uncom_tiago_exec.types import Side, Trajectory
+
+
+class RobotInterface(ABC):
+    """Blocking access from the engine's own thread. Every call may raise StoppedError once `halt` was asked for."""
+
+    @abstractmethod
+    def positions(self) -> dict[str, float]:
+        """Return the present position of every joint [rad, m].
+
+        Raises:
+            MotionError: joint states are missing or too old.
+        """
+
+    @abstractmethod
+    def follow(self, trajectory: Trajectory) -> None:
+        """Carry out a trajectory to its end.
+
+        Raises:
+            MotionError: a controller refused or aborted it, or joint states fell silent.
+            StoppedError: it was stopped on request.
+        """
+
+    @abstractmethod
+    def grip(self, side: Side, gap: float) -> float:
+        """Bring the fingers of a gripper to a gap [m]; return the gap they came to. Being held up is no error."""
+
+    @abstractmethod
+    def look(self) -> Scene:
+        """Look at the table now and return what is seen, in base_footprint.
+
+        Raises:
+            MotionError: no picture came or nothing could be made of it.
+        """
