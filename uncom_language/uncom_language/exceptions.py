@@ -19,7 +19,9 @@ class UnknownBackendError(LanguageError, ValueError):
         """Keep the name; list those that work."""
         self.name = name
         choices = ", ".join(known)
-        super().__init__(f"{kind} back end {name!r} is not available (choose one of: {choices})" + (f"; {hint}" if hint else ""))
+        super().__init__(
+            f"{kind} back end {name!r} is not available (choose one of: {choices})" + (f"; {hint}" if hint else "")
+        )
 
 
 class UnknownLanguageError(LanguageError, ValueError):

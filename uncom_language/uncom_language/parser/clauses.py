@@ -106,12 +106,12 @@ class ClauseReader:
         things: list[Reference] = []
         places: list[Place] = []
         for child in tree.children:
-            if isinstance(child, lark.Token):
-                verbs.extend(tokens_of(child))
-            elif child.data in ("particles", "done"):
+            if isinstance(child, lark.Token) or child.data in ("particles", "done"):
                 verbs.extend(tokens_of(child))
             elif child.data == "things":
-                things.extend(self._build.thing(grandchild) for grandchild in child.children if isinstance(grandchild, lark.Tree))
+                things.extend(
+                    self._build.thing(grandchild) for grandchild in child.children if isinstance(grandchild, lark.Tree)
+                )
             elif child.data == "places":
                 places.extend(self._build.places(child))
             else:

@@ -15,7 +15,7 @@ from uncom_language.parser.grammar import NotInGrammarError, load_grammar, parse
 from uncom_language.parser.lexicon import Lexicon, load_lexicon
 from uncom_language.parser.references import Timing
 from uncom_language.parser.tagger import Item, Tagger, Token, split_text, strip_phrases
-from uncom_language.types import Act, Command, Primitive, Reference, Relation, Span, Transcript
+from uncom_language.types import Act, Command, Primitive, Relation, Span, Transcript
 
 BACKEND = "grammar"
 _ACTS = {"stop": Act.STOP, "cancel": Act.CANCEL, "yes": Act.YES, "no": Act.NO}

@@ -104,11 +104,15 @@ class ReferenceBuilder:
         group = next((child for child in tree.children if isinstance(child, lark.Tree) and child.data == "nouns"), None)
         if group is None:
             return None, (), None
-        nouns = tuple(_token(child) for child in group.children if isinstance(child, lark.Token) and child.type in ("NOUN", "ONE"))
+        nouns = tuple(
+            _token(child) for child in group.children if isinstance(child, lark.Token) and child.type in ("NOUN", "ONE")
+        )
         inner = next((child for child in group.children if isinstance(child, lark.Tree)), None)
         if inner is None:
             return nouns[-1], nouns, None
-        of_token = next(_token(child) for child in group.children if isinstance(child, lark.Token) and child.type == "OF")
+        of_token = next(
+            _token(child) for child in group.children if isinstance(child, lark.Token) and child.type == "OF"
+        )
         return nouns[-1], nouns, (of_token, *tokens_of(inner))
 
     @staticmethod
@@ -182,7 +186,13 @@ class ReferenceBuilder:
         self._next_order += 1
         span = self._timing.of(place.tokens)
         return Reference(
-            text=token.value, head=token.value, span=span, concrete=False, deictic=token.value, deictic_span=span, order=order
+            text=token.value,
+            head=token.value,
+            span=span,
+            concrete=False,
+            deictic=token.value,
+            deictic_span=span,
+            order=order,
         )
 
 

@@ -36,7 +36,9 @@ def best_reading(items: tuple[Item, ...], lexicon: Lexicon, tagger: Tagger) -> R
             continue
         corrected = next(_candidates(_trimmed(before), after, lexicon, tagger), None)
         if corrected is None:
-            items = after if _sentence(after, lexicon, tagger) else (*before, *after)
+            items = after if _is_clause(after, lexicon, tagger) else (*before, *after)
+            if items is not after:
+                return Reading(items, tuple(notes))
         else:
             items = corrected
         notes.append(f"corrected by the speaker after {' '.join(item.text for item in before)!r}")
@@ -49,7 +51,12 @@ def _marker(items: tuple[Item, ...], lexicon: Lexicon) -> tuple[int, int] | None
     position = 0
     while position < len(items):
         length = next(
-            (n for n in range(min(lexicon.longest, len(words) - position), 0, -1) if words[position : position + n] in lexicon.repairs), 0
+            (
+                n
+                for n in range(min(lexicon.longest, len(words) - position), 0, -1)
+                if words[position : position + n] in lexicon.repairs
+            ),
+            0,
         )
         if length:
             end = position + length
@@ -57,7 +64,12 @@ def _marker(items: tuple[Item, ...], lexicon: Lexicon) -> tuple[int, int] | None
                 while end < len(items) and items[end].is_break:
                     end += 1
                 more = next(
-                    (n for n in range(min(lexicon.longest, len(words) - end), 0, -1) if words[end : end + n] in lexicon.repairs), 0
+                    (
+                        n
+                        for n in range(min(lexicon.longest, len(words) - end), 0, -1)
+                        if words[end : end + n] in lexicon.repairs
+                    ),
+                    0,
                 )
                 if not more:
                     return position, end
@@ -159,3 +171,9 @@ def _sentence(items: tuple[Item, ...], lexicon: Lexicon, tagger: Tagger) -> bool
     except NotInGrammarError:
         return False
     return True
+
+
+def _is_clause(items: tuple[Item, ...], lexicon: Lexicon, tagger: Tagger) -> bool:
+    """Whether words are a command by themselves, verb included."""
+    tokens = tagger.tag(strip_phrases(items, lexicon.fillers, lexicon))
+    return any(token.tag == "VERB" for token in tokens) and _sentence(items, lexicon, tagger)

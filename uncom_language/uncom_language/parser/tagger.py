@@ -99,7 +99,9 @@ class Tagger:
             length, meanings = self._lexicon.longest_match(words, position)
             previous = tokens[-1] if tokens else None
             after = position + max(length, 1)
-            meaning = self._choose(meanings, previous, words, after) if meanings else self._unknown(words[position], previous)
+            meaning = (
+                self._choose(meanings, previous, words, after) if meanings else self._unknown(words[position], previous)
+            )
             length = max(length, 1)
             text = " ".join(words[position : position + length])
             first, last = items[position].index, items[position + length - 1].index
@@ -112,7 +114,9 @@ class Tagger:
             return Meaning("UNKNOWN", word)
         return Meaning("NOUN", word, "unknown")
 
-    def _choose(self, meanings: tuple[Meaning, ...], previous: Token | None, words: tuple[str, ...], after: int) -> Meaning:
+    def _choose(
+        self, meanings: tuple[Meaning, ...], previous: Token | None, words: tuple[str, ...], after: int
+    ) -> Meaning:
         """Pick one of several classes by what stands before and after."""
         if len(meanings) == 1 and meanings[0].tag not in _CONTEXT:
             return meanings[0]
@@ -129,7 +133,11 @@ class Tagger:
         if before == "GOING":
             return ("PARTICIPLE", "RELATION", "SIDE", "PLACE")
         if before in PREMODIFIERS or (before == "NOUN" and previous is not None and previous.detail == "unknown"):
-            return ("COUNT", "ADJECTIVE", "NOUN", "ONE") if noun_follows else ("NOUN", "ONE", "ADJECTIVE", "COMPARED", "RELATION")
+            return (
+                ("COUNT", "ADJECTIVE", "NOUN", "ONE")
+                if noun_follows
+                else ("NOUN", "ONE", "ADJECTIVE", "COMPARED", "RELATION")
+            )
         if before in ("", "AND", "CLAUSE_AND", "THEN") and thing_follows:
             return ("VERB", "COUNT", "DEICTIC", "ADJECTIVE", "NOUN", "THEN", "RELATION")
         if noun_follows:
@@ -158,7 +166,12 @@ def _settle_joins(tokens: list[Token], stops: set[int]) -> list[Token]:
     between_open = place_seen = False
     for position, token in enumerate(tokens):
         tag = token.tag
-        if settled and settled[-1].last in stops and tag not in ("AND", "THEN") and settled[-1].tag not in ("AND", "THEN", "CLAUSE_AND"):
+        if (
+            settled
+            and settled[-1].last in stops
+            and tag not in ("AND", "THEN")
+            and settled[-1].tag not in ("AND", "THEN", "CLAUSE_AND")
+        ):
             settled.append(Token("THEN", ".", ".", settled[-1].last, settled[-1].last))
             between_open = place_seen = False
         if tag == "AND":

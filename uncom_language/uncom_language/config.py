@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the nodes of hearing and understanding."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from uncom_common.exceptions import InvalidConfigError
+
+from uncom_language.speech.utterance_stream import EndpointerConfig
+
+_END = EndpointerConfig()
+
+
+@dataclass(frozen=True, slots=True)
+class SpeechConfig:
+    """Parameters of speech_node."""
+
+    backend: str = field(default="pocketsphinx", metadata={"description": "recogniser: pocketsphinx"})
+    language: str = field(default="en", metadata={"description": "language of the words"})
+    audio_topic: str = field(default="/audio", metadata={"description": "AudioDataStamped, stamp of the first sample"})
+    sample_rate: int = field(default=16000, metadata={"description": "[Hz] until /audio_info says otherwise"})
+    channels: int = field(default=1, metadata={"description": "interleaved, until /audio_info says otherwise"})
+    sample_format: str = field(default="S16LE", metadata={"description": "until /audio_info says otherwise"})
+    scene_words: tuple[str, ...] = field(default=("",), metadata={"description": "further words that may be said"})
+    queue_size: int = field(default=8, metadata={"description": "utterances that may wait for the recogniser"})
+    vad_mode: int = field(default=_END.vad_mode, metadata={"description": "0 takes most for speech, 3 least"})
+    pre_roll_s: float = field(default=_END.pre_roll_s, metadata={"description": "[s] kept before the first sound"})
+    hang_over_s: float = field(
+        default=_END.hang_over_s, metadata={"description": "[s] of silence that end an utterance"}
+    )
+    min_voiced_s: float = field(default=_END.min_voiced_s, metadata={"description": "[s] voiced that begin one"})
+    max_length_s: float = field(default=_END.max_length_s, metadata={"description": "[s] after which one is cut"})
+    margin_db: float = field(
+        default=_END.margin_db, metadata={"description": "[dB] speech is louder than the background"}
+    )
+
+    def __post_init__(self) -> None:
+        """Reject unusable values."""
+        if self.queue_size < 1:
+            raise InvalidConfigError("queue_size", self.queue_size, "must be at least 1")
+        if self.channels < 1:
+            raise InvalidConfigError("channels", self.channels, "must be at least 1")
+        self.endpointer()
+
+    def endpointer(self) -> EndpointerConfig:
+        """Return the settings of the endpointer."""
+        return EndpointerConfig(
+            pre_roll_s=self.pre_roll_s,
+            hang_over_s=self.hang_over_s,
+            min_voiced_s=self.min_voiced_s,
+            max_length_s=self.max_length_s,
+            margin_db=self.margin_db,
+            vad_mode=self.vad_mode,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class LanguageConfig:
+    """Parameters of language_node."""
+
+    backend: str = field(default="grammar", metadata={"description": "language back end: grammar"})
+    language: str = field(default="en", metadata={"description": "language pack"})
+    max_alternative_loss: float = field(
+        default=6.0,
+        metadata={
+            "description": "an alternative that is a command is taken if its log score is at most this much lower"
+        },
+    )

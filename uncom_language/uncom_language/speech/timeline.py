@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From times within a segment to times of the stream."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from uncom_language.speech.recognizer import Recognition, Recognizer
+from uncom_language.types import Transcript, Word
+
+
+def _shifted(words: tuple[Word, ...], offset_s: float) -> tuple[Word, ...]:
+    return tuple(replace(word, start_s=word.start_s + offset_s, end_s=word.end_s + offset_s) for word in words)
+
+
+def shifted_transcript(
+    heard: Recognition, offset_s: float, utterance_id: str, recognizer: Recognizer, latency_s: float = 0.0
+) -> Transcript:
+    """Return a transcript whose times [s] are those of the stream in which the segment began at `offset_s`."""
+    return Transcript(
+        utterance_id=utterance_id,
+        words=_shifted(heard.words, offset_s),
+        alternatives=tuple(replace(other, words=_shifted(other.words, offset_s)) for other in heard.alternatives),
+        language=recognizer.language,
+        backend=recognizer.backend,
+        latency_s=latency_s,
+    )

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""speech_node: /audio in, /uncom/transcript and /uncom/speech_status out."""
+
+from __future__ import annotations
+
+import sys
+import uuid
+from typing import Any
+
+from audio_common_msgs.msg import AudioDataStamped, AudioInfo
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from uncom_common.configured_node import ConfiguredNode, run_node
+from uncom_common.conversions import seconds_from_msg
+
+from uncom_interfaces.msg import SpeechStatus as SpeechStatusMsg
+from uncom_interfaces.msg import Transcript as TranscriptMsg
+from uncom_language.config import SpeechConfig
+from uncom_language.conversions import speech_status_to_msg, transcript_to_msg
+from uncom_language.exceptions import SoundFormatError
+from uncom_language.speech.audio import decode_samples
+from uncom_language.speech.factory import check_backend, make_recognizer
+from uncom_language.speech.listener import Listener, ListenerOptions
+from uncom_language.speech.recognizer import Recognizer
+from uncom_language.speech.status import SpeechStatus
+from uncom_language.types import Transcript
+
+
+class SpeechNode(ConfiguredNode[SpeechConfig]):
+    """Hears utterances in a stream of sound. Recognition runs in a worker thread, never in a callback."""
+
+    def __init__(self, **node_options: Any) -> None:
+        """Declare parameters, topics and start loading the recogniser.
+
+        Raises:
+            UnknownBackendError: the parameter `backend` or `language` names none that works.
+        """
+        super().__init__("speech_node", SpeechConfig, **node_options)
+        config = self.config
+        check_backend(config.backend, config.language)
+        self._format = (config.sample_rate, config.channels, config.sample_format)
+        self._transcripts = self.create_publisher(TranscriptMsg, "/uncom/transcript", 10)
+        latched = QoSProfile(
+            depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.RELIABLE
+        )
+        self._statuses = self.create_publisher(SpeechStatusMsg, "/uncom/speech_status", 10)
+        options = ListenerOptions(config.endpointer(), f"utterance-{uuid.uuid4().hex[:8]}", config.queue_size)
+        self._listener = Listener(self._load, self._heard, self._status, options)
+        self._listener.start()
+        self.create_subscription(AudioInfo, "/audio_info", self._on_info, latched)
+        self.create_subscription(AudioDataStamped, config.audio_topic, self._on_audio, 500)
+
+    def _load(self) -> Recognizer:
+        recognizer = make_recognizer(
+            self.config.backend, self.config.language, tuple(filter(None, self.config.scene_words))
+        )
+        self.get_logger().info(f"hearing with {recognizer.backend}")
+        return recognizer
+
+    def _on_info(self, msg: AudioInfo) -> None:
+        self._format = (
+            int(msg.sample_rate) or self.config.sample_rate,
+            int(msg.channels) or self.config.channels,
+            msg.sample_format or self.config.sample_format,
+        )
+
+    def _on_audio(self, msg: AudioDataStamped) -> None:
+        rate, channels, sample_format = self._format
+        try:
+            samples = decode_samples(bytes(msg.audio.data), sample_format, channels)
+            stamp_s = seconds_from_msg(msg.header.stamp)
+            if stamp_s == 0.0:  # a sender without a clock: its sound ended just now
+                stamp_s = self.get_clock().now().nanoseconds * 1e-9 - samples.size / rate
+            self._listener.feed(samples, rate, stamp_s)
+        except SoundFormatError as error:
+            self.get_logger().error(str(error), throttle_duration_sec=5.0)
+
+    def _heard(self, transcript: Transcript) -> None:
+        self.get_logger().info(f"heard: {transcript.text}")
+        self._transcripts.publish(transcript_to_msg(transcript))
+
+    def _status(self, status: SpeechStatus) -> None:
+        self._statuses.publish(speech_status_to_msg(status))
+
+    def destroy_node(self) -> None:
+        """Stop the worker, then the node."""
+        self._listener.stop()
+        super().destroy_node()
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run the node."""
+    sys.exit(run_node(SpeechNode, args))
+
+
+if __name__ == "__main__":
+    main()
