@@ -36,7 +36,7 @@ _SCENE_FIELDS = ("objects", "say", "point_object", "point_target", "table", "per
 _OBJECT_FIELDS = ("id", "kind", "colour", "x", "y", "yaw")
 _PERSON_RANGES = {
     "skin": (0.0, 1.0), "size": (0.8, 1.2), "speed": (80.0, 260.0), "pitch": (0.0, 99.0), "lead": (0.0, 2.0),
-    "lag": (0.0, 2.0), "noise": (0.0, 3.0),
+    "lag": (0.0, 2.0), "noise": (0.0, 3.0), "reverb": (0.0, 3.0),
 }  # fmt: skip
 
 
@@ -139,8 +139,8 @@ def check_placing(objects: Sequence[SceneObject], table: Table) -> None:
 
 
 def _objects(data: object) -> tuple[SceneObject, ...]:
-    if not isinstance(data, Sequence) or isinstance(data, str) or not data:
-        raise SceneError('"objects" must be a list with at least one object')
+    if not isinstance(data, Sequence) or isinstance(data, str):
+        raise SceneError('"objects" must be a list of objects')
     objects: list[SceneObject] = []
     for i, entry in enumerate(data):
         thing = _object(entry, i, {o.id for o in objects})

@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One performance of the person: speak, point at the thing and at the place as the words go, and leave."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial.transform import Rotation, Slerp
+
+from uncom_sim.person.hand import Hand, build_hand
+from uncom_sim.person.phrases import find_phrases
+from uncom_sim.person.placement import ARM_AZIMUTH, Obstacle, Onlooker, Placement, looking_robot, place_hand
+from uncom_sim.person.sound import recorded, with_pause
+from uncom_sim.person.traits import Traits, decide
+from uncom_sim.person.voice import speak
+from uncom_sim.types import SIDES, PersonOptions, SpokenWord, Table
+
+FloatArray = npt.NDArray[np.float64]
+
+AWAY_M = 0.80
+_BEFORE_S = 0.5  # nobody is seen this long, so that the robot sees the table without the hand
+_ENTER_S = 0.9
+_LEAVE_S = 0.9
+_DWELL_S = 0.25
+_AFTER_S = 1.2
+_LONGEST_PAUSE_S = 0.45
+_TREMOR_M = 0.0012
+
+
+@dataclass(frozen=True, slots=True)
+class Pointing:
+    """What the finger is on, and when: role "object" or "target", place (3,) [m], times [s]."""
+
+    role: str
+    place: FloatArray
+    start_s: float
+    end_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """A smooth movement between two poses (4, 4); the hand keeps the end pose until the next one begins."""
+
+    start_s: float
+    end_s: float
+    start: FloatArray
+    end: FloatArray
+    arch_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class PersonPerformance:
+    """All that the person does; times count from the start of the performance [s].
+
+    samples are mono, 16 kHz, and last for duration_s; words carry the true times; pointing is the truth for scoring.
+    """
+
+    samples: npt.NDArray[np.int16]
+    words: tuple[SpokenWord, ...]
+    duration_s: float
+    hand: Hand
+    moves: tuple[Move, ...]
+    pointing: tuple[Pointing, ...]
+    traits: Traits
+
+    def hand_at(self, t_s: float) -> FloatArray | None:
+        """Return the pose (4, 4) of the hand frame in base_footprint at a time [s], or None while it is away."""
+        if not self.moves or not self.moves[0].start_s < t_s < self.moves[-1].end_s:
+            return None
+        move = next(m for m in reversed(self.moves) if m.start_s <= t_s)
+        pose = _between(move, t_s)
+        # Nobody holds a hand quite still.
+        phases = np.array([7.3, 9.1, 8.2]) * 2.0 * np.pi * t_s
+        slow = np.array([0.9, 1.3, 1.1]) * 2.0 * np.pi * t_s
+        pose[:3, 3] += _TREMOR_M * (0.25 * np.sin(phases) + 0.75 * np.sin(slow + [0.0, 1.0, 2.0]))
+        return pose
+
+
+def rehearse(
+    say: str,
+    targets: Mapping[str, FloatArray],
+    obstacles: Sequence[Obstacle],
+    table: Table,
+    options: PersonOptions,
+    rng: np.random.Generator,
+) -> PersonPerformance:
+    """Plan a performance.
+
+    Args:
+        say: the sentence.
+        targets: places (3,) [m] to point at, by role: "object", "target".
+        obstacles: the things on the table, for the hand to keep clear of.
+        table: the table.
+        options: the person.
+        rng: decides what the options leave open.
+
+    Raises:
+        VoiceError: the voice is not known.
+    """
+    traits = decide(options, rng)
+    hand = build_hand(traits.hand, traits.size, traits.skin, traits.sleeve)
+    spoken = speak(say, traits.voice, traits.speed, traits.pitch)
+    spans = find_phrases([word.text for word in spoken.words])
+    ranges = {role: span for role in ("object", "target") if role in targets and (span := getattr(spans, role)) is not None}
+    # Saying only "this" or "here" with one gesture: the phrase there is goes with the gesture there is.
+    if targets and not ranges and (span := spans.object or spans.target) is not None:
+        ranges = {next(iter(targets)): span}
+    placements = _placements(hand, {r: targets[r] for r in ranges}, traits.side, obstacles, table, rng)
+    traits = replace(traits, side=placements[0]) if placements is not None else traits
+    poses = placements[1] if placements is not None else {}
+    if len(ranges) == 2:
+        short = _move_s(poses["object"], poses["target"]) + traits.lead + traits.lag
+        short -= spoken.words[ranges["target"][0]].start_s - spoken.words[ranges["object"][1] - 1].end_s
+        spoken = with_pause(spoken, ranges["object"][1] - 1, min(max(short, 0.0), _LONGEST_PAUSE_S))
+    first = min((spoken.words[span[0]].start_s for span in ranges.values()), default=1.0)
+    start_s = max(_BEFORE_S + 0.2, _BEFORE_S + _ENTER_S + traits.lead - first)
+    words = tuple(replace(w, start_s=w.start_s + start_s, end_s=w.end_s + start_s) for w in spoken.words)
+    moves, pointing = _choreography(words, ranges, poses, traits)
+    last = max([start_s + spoken.duration_s, *(m.end_s for m in moves)])
+    samples = recorded(spoken, start_s, last + _AFTER_S, traits.noise, traits.reverb, rng)
+    return PersonPerformance(samples, words, last + _AFTER_S, hand, moves, pointing, traits)
+
+
+def _placements(
+    hand: Hand,
+    targets: Mapping[str, FloatArray],
+    side: str | None,
+    obstacles: Sequence[Obstacle],
+    table: Table,
+    rng: np.random.Generator,
+) -> tuple[str, dict[str, Placement]] | None:
+    """Choose where to stand, and the pose of the hand for every target."""
+    if not targets:
+        return None
+    onlooker = looking_robot()
+    sides = SIDES if side is None else (side,)
+    options = {s: {role: _place(hand, at, s, obstacles, table, onlooker) for role, at in targets.items()} for s in sides}
+    costs = {s: max(placement.cost for placement in poses.values()) for s, poses in options.items()}
+    good = [s for s in sides if costs[s] <= min(costs.values()) + 0.25]
+    chosen = good[int(rng.integers(len(good)))]
+    return chosen, options[chosen]
+
+
+def _place(
+    hand: Hand, target: FloatArray, side: str, obstacles: Sequence[Obstacle], table: Table, onlooker: Onlooker
+) -> Placement:
+    return place_hand(hand, target, side, obstacles, table, onlooker)
+
+
+def _choreography(
+    words: Sequence[SpokenWord],
+    ranges: Mapping[str, tuple[int, int]],
+    poses: Mapping[str, Placement],
+    traits: Traits,
+) -> tuple[tuple[Move, ...], tuple[Pointing, ...]]:
+    moves: list[Move] = []
+    pointing: list[Pointing] = []
+    for role, (begin, end) in sorted(ranges.items(), key=lambda item: item[1]):
+        pose = poses[role].pose
+        arrive = words[begin].start_s - traits.lead
+        if not moves:
+            moves.append(Move(arrive - _ENTER_S, arrive, _away(pose, str(traits.side)), pose, 0.0))
+        else:
+            leave = pointing[-1].end_s
+            arrive = min(max(arrive, leave + 0.4), words[begin].start_s + 0.15)
+            depart = max(leave, arrive - 1.2 * _move_s(poses[pointing[-1].role], poses[role]))
+            arch = 0.2 * float(np.linalg.norm(pose[:3, 3] - moves[-1].end[:3, 3]))
+            pointing[-1] = replace(pointing[-1], end_s=depart)
+            moves.append(Move(depart, arrive, moves[-1].end, pose, arch))
+        pointing.append(Pointing(role, poses[role].target, arrive, words[end - 1].end_s + traits.lag))
+    if moves:
+        gone = pointing[-1].end_s + _DWELL_S
+        pointing[-1] = replace(pointing[-1], end_s=gone)
+        moves.append(Move(gone, gone + _LEAVE_S, moves[-1].end, _away(moves[-1].end, str(traits.side)), 0.0))
+    return tuple(moves), tuple(pointing)
+
+
+def _move_s(a: Placement, b: Placement) -> float:
+    """How long a hand takes from one pose to another: near 1 m/s at its fastest."""
+    return 0.35 + 0.7 * float(np.linalg.norm(a.pose[:3, 3] - b.pose[:3, 3]))
+
+
+def _away(pose: FloatArray, side: str) -> FloatArray:
+    """Draw a hand back out of the robot's sight, the way the arm came."""
+    azimuth = ARM_AZIMUTH[side]
+    away = pose.copy()
+    away[:3, 3] -= AWAY_M * np.array([np.cos(azimuth), np.sin(azimuth), 0.0]) - [0.0, 0.0, 0.12]
+    return away
+
+
+def _between(move: Move, t_s: float) -> FloatArray:
+    """Minimum-jerk way between two poses."""
+    share = float(np.clip((t_s - move.start_s) / max(move.end_s - move.start_s, 1e-6), 0.0, 1.0))
+    smooth = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+    pose = np.eye(4)
+    ends = Rotation.from_matrix(np.stack([move.start[:3, :3], move.end[:3, :3]]))
+    pose[:3, :3] = Slerp([0.0, 1.0], ends)(smooth).as_matrix()
+    pose[:3, 3] = (1.0 - smooth) * move.start[:3, 3] + smooth * move.end[:3, 3]
+    pose[2, 3] += 4.0 * move.arch_m * smooth * (1.0 - smooth)
+    return pose

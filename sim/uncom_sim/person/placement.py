@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where a person holds the hand to point at a thing so that everybody sees which one is meant.
+
+A person who wants to be understood brings the arm from where they stand, keeps clear of the things on the table, does
+not point across one thing at another, and keeps the finger where the other one can see it.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from uncom_common.camera import PinholeCamera
+from uncom_sim.person.hand import FOREARM_M, INDEX_BASE, INDEX_TIP, Hand
+from uncom_sim.types import Table
+
+FloatArray = npt.NDArray[np.float64]
+
+# Directions in which an arm comes in, by the side where the person stands [rad], 0 pointing away from the robot.
+ARM_AZIMUTH = {"far": np.pi, "left": -np.pi / 2.0, "right": np.pi / 2.0}
+_TURNS = np.radians([0, -15, 15, -30, 30, -45, 45, -60, 60])
+_PITCHES = np.radians([26, 34, 42, 50])
+_DISTANCES = (0.10, 0.14, 0.19, 0.24)
+
+
+@dataclass(frozen=True, slots=True)
+class Onlooker:
+    """The one pointed for: camera and the pose (4, 4) of its optical frame in base_footprint."""
+
+    camera: PinholeCamera
+    pose: FloatArray
+
+    def pixels(self, points: FloatArray) -> FloatArray:
+        """Project points (N, 3) of base_footprint to pixels (N, 2)."""
+        return self.camera.project((points - self.pose[:3, 3]) @ self.pose[:3, :3])
+
+
+def looking_robot() -> Onlooker:
+    """Return TIAGo's head camera as it looks at the table: torso up, head 0.95 rad down."""
+    tilt = 0.95
+    forward = np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
+    right = np.array([0.0, -1.0, 0.0])
+    pose = np.eye(4)
+    pose[:3, :3] = np.column_stack([right, np.cross(forward, right), forward])
+    pose[:3, 3] = (0.216, 0.0, 1.4165)
+    return Onlooker(PinholeCamera(640, 480, 522.19, 522.19, 320.5, 240.5), pose)
+
+
+@dataclass(frozen=True, slots=True)
+class Obstacle:
+    """A thing on the table: middle (3,) and half the size (3,) of the upright box around it [m]."""
+
+    middle: FloatArray
+    half_size: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """A pose (4, 4) of the hand, the place (3,) pointed at, and how badly it would be understood (0 is perfect)."""
+
+    pose: FloatArray
+    target: FloatArray
+    cost: float
+
+
+def place_hand(
+    hand: Hand,
+    target: FloatArray,
+    side: str,
+    obstacles: Sequence[Obstacle],
+    table: Table,
+    onlooker: Onlooker,
+) -> Placement:
+    """Choose the best pose of a hand whose index line goes through a target (3,) [m], coming in from a side."""
+    best: Placement | None = None
+    for turn, pitch, distance in itertools.product(_TURNS, _PITCHES, _DISTANCES):
+        azimuth = ARM_AZIMUTH[side] + turn
+        direction = np.array([np.cos(azimuth) * np.cos(pitch), np.sin(azimuth) * np.cos(pitch), -np.sin(pitch)])
+        pose = hand_pose(hand, target, direction, float(distance), onlooker)
+        cost = _discomfort(float(turn), float(pitch), float(distance))
+        if best is not None and cost >= best.cost:
+            continue
+        cost += _cost(hand, pose, target, obstacles, table, onlooker)
+        if best is None or cost < best.cost:
+            best = Placement(pose, target, cost)
+    if best is None:
+        raise AssertionError
+    return best
+
+
+def hand_pose(hand: Hand, target: FloatArray, direction: FloatArray, distance: float, onlooker: Onlooker) -> FloatArray:
+    """Return the pose (4, 4) with the index finger along a direction (3,), its tip at a distance [m] from a target."""
+    to_camera = onlooker.pose[:3, 3] - target
+    up = np.array([0.0, 0.0, 1.0]) + 0.45 * to_camera / np.linalg.norm(to_camera)
+    rotation = _axes(direction, up) @ _axes(hand.pointing_axis, np.array([0.0, 0.0, 1.0])).T
+    pose = np.eye(4)
+    pose[:3, :3] = rotation
+    pose[:3, 3] = target - distance * direction - rotation @ hand.joints[INDEX_TIP]
+    return pose
+
+
+def _axes(forward: FloatArray, up: FloatArray) -> FloatArray:
+    z = up - (up @ forward) * forward
+    z /= np.linalg.norm(z)
+    return np.column_stack([forward, np.cross(z, forward), z])
+
+
+def _discomfort(turn: float, pitch: float, distance: float) -> float:
+    return 0.6 * abs(turn) + 0.8 * abs(pitch - np.radians(36)) + 1.5 * abs(distance - 0.14)
+
+
+def _cost(
+    hand: Hand, pose: FloatArray, target: FloatArray, obstacles: Sequence[Obstacle], table: Table, onlooker: Onlooker
+) -> float:
+    joints = hand.joints @ pose[:3, :3].T + pose[:3, 3]
+    arm = _arm_points() @ pose[:3, :3].T + pose[:3, 3]
+    pixels = onlooker.pixels(np.concatenate([joints, target[None]]))
+    camera = onlooker.camera
+    margins = np.column_stack([pixels, camera.width - pixels[:, 0], camera.height - pixels[:, 1]]).min(axis=1)
+    hidden = float(np.clip((35.0 - np.nan_to_num(margins[:21], nan=-500.0)) / 35.0, 0.0, 4.0).mean())
+    finger = float(np.linalg.norm(pixels[INDEX_TIP] - pixels[INDEX_BASE]))
+    depth = float(np.linalg.norm(joints[INDEX_TIP] - onlooker.pose[:3, 3]))
+    full = camera.fx * float(np.linalg.norm(hand.joints[INDEX_TIP] - hand.joints[INDEX_BASE])) / depth
+    foreshortened = float(np.clip(0.85 - finger / full, 0.0, 1.0))
+    skeleton = np.concatenate([joints, arm])
+    low = float(np.clip(table.height + 0.045 - _over_table(skeleton, table), 0.0, 0.1).max()) / 0.03
+    touching = _touching(skeleton, obstacles)
+    crossing = _crossing(pixels[INDEX_TIP], pixels[21], target, obstacles, onlooker)
+    return 6.0 * hidden + 3.0 * foreshortened + 3.0 * low + 3.0 * touching + 1.5 * crossing
+
+
+@functools.cache
+def _arm_points() -> FloatArray:
+    along = np.linspace(0.03, FOREARM_M + 0.1, 8)
+    return np.column_stack([-along, np.zeros(8), np.full(8, -0.03)])
+
+
+def _over_table(points: FloatArray, table: Table) -> FloatArray:
+    """Heights of points; those beside the table count as high enough."""
+    inside = (points[:, 0] < table.x_max) & (points[:, 1] > table.y_min) & (points[:, 1] < table.y_max)
+    return np.where(inside, points[:, 2], np.inf)
+
+
+def _touching(points: FloatArray, obstacles: Sequence[Obstacle], clearance: float = 0.035) -> float:
+    worst = 0.0
+    for thing in obstacles:
+        outside = np.maximum(np.abs(points - thing.middle) - thing.half_size, 0.0)
+        worst = max(worst, float(np.clip(clearance - np.linalg.norm(outside, axis=1).min(), 0.0, clearance)) / clearance)
+    return worst
+
+
+def _crossing(
+    tip: FloatArray, aim: FloatArray, target: FloatArray, obstacles: Sequence[Obstacle], onlooker: Onlooker
+) -> float:
+    """How much other things lie between the finger and the target as the onlooker sees it (0 to 1)."""
+    along = aim - tip
+    worst = 0.0
+    for thing in obstacles:
+        if np.linalg.norm(thing.middle[:2] - target[:2]) < 0.03:
+            continue
+        centre = onlooker.pixels(thing.middle[None])[0]
+        radius = onlooker.camera.fx * float(thing.half_size.max()) / float(np.linalg.norm(thing.middle - onlooker.pose[:3, 3]))
+        share = float(np.clip((centre - tip) @ along / max(float(along @ along), 1e-9), 0.0, 1.0))
+        gap = float(np.linalg.norm(tip + share * along - centre)) - radius
+        worst = max(worst, float(np.clip((15.0 - gap) / 30.0, 0.0, 1.0)))
+    return worst

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Who stands at the table: every open option of a person decided by the seed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from uncom_sim.objects.palette import Rgb
+from uncom_sim.person.voice import VOICES
+from uncom_sim.types import HANDS, PersonOptions
+
+_SLEEVES: tuple[Rgb, ...] = ((0.20, 0.27, 0.42), (0.32, 0.33, 0.35), (0.45, 0.22, 0.25), (0.20, 0.34, 0.30), (0.62, 0.62, 0.60))
+
+
+@dataclass(frozen=True, slots=True)
+class Traits:
+    """A person with nothing left open but the side to stand on; meaning and units as in PersonOptions."""
+
+    side: str | None
+    hand: str
+    skin: float
+    size: float
+    voice: str
+    speed: float
+    pitch: float
+    lead: float
+    lag: float
+    noise: float
+    reverb: float
+    sleeve: Rgb
+
+
+def decide(options: PersonOptions, rng: np.random.Generator) -> Traits:
+    """Let rng decide what the options leave open."""
+    drawn = Traits(
+        side=None,
+        hand=str(rng.choice(HANDS)),
+        skin=float(rng.uniform(0.0, 0.8)),
+        size=float(rng.uniform(0.93, 1.07)),
+        voice=str(rng.choice(VOICES)),
+        speed=float(rng.uniform(125.0, 155.0)),
+        pitch=float(rng.uniform(35.0, 65.0)),
+        lead=float(rng.uniform(0.10, 0.30)),
+        lag=float(rng.uniform(0.10, 0.25)),
+        noise=float(rng.uniform(0.0, 0.01)),
+        reverb=0.0,
+        sleeve=_SLEEVES[int(rng.integers(len(_SLEEVES)))],
+    )
+    fixed = {name: getattr(options, name) for name in PersonOptions.__dataclass_fields__}
+    values = {name: getattr(drawn, name) for name in Traits.__dataclass_fields__}
+    return Traits(**values | {name: value for name, value in fixed.items() if value is not None})

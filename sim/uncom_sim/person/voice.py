@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The person's voice: eSpeak NG called directly, which gives the samples and the time of every word."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import re
+import threading
+from dataclasses import dataclass
+
+import espeakng_loader
+import numpy as np
+import numpy.typing as npt
+import soxr
+
+from uncom_sim.exceptions import VoiceError
+from uncom_sim.types import SpokenWord
+
+Samples = npt.NDArray[np.float64]
+
+RATE_HZ = 16000
+# Voices of different people that a listener follows easily; the name after + is eSpeak's speaker variant.
+VOICES = ("en-us", "en-us+m3", "en-us+m7", "en-us+f2", "en-us+f4", "en", "en+m1", "en+f3")
+
+_SYNCHRONOUS = 2
+_UTF8 = 1
+_RATE, _PITCH, _WORDGAP = 1, 3, 7
+_EVENT_END, _EVENT_WORD = 0, 1
+_lock = threading.Lock()
+
+
+@dataclass(frozen=True, slots=True)
+class Utterance:
+    """A spoken sentence: samples at 16 kHz from -1 to 1, and its words with times from the first sample [s]."""
+
+    samples: Samples
+    words: tuple[SpokenWord, ...]
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the sound [s]."""
+        return len(self.samples) / RATE_HZ
+
+
+class _Event(ctypes.Structure):
+    _fields_ = (
+        ("type", ctypes.c_int),
+        ("unique_identifier", ctypes.c_uint),
+        ("text_position", ctypes.c_int),
+        ("length", ctypes.c_int),
+        ("audio_position", ctypes.c_int),
+        ("sample", ctypes.c_int),
+        ("user_data", ctypes.c_void_p),
+        ("id", ctypes.c_char * 8),
+    )
+
+
+_CALLBACK = ctypes.CFUNCTYPE(
+    ctypes.c_int, ctypes.POINTER(ctypes.c_short), ctypes.c_int, ctypes.POINTER(_Event)
+)
+
+
+def speak(text: str, voice: str = "en-us", words_per_minute: float = 150.0, pitch: float = 50.0) -> Utterance:
+    """Speak a sentence.
+
+    Args:
+        text: what to say; nothing to say gives no samples.
+        voice: name of an eSpeak voice, optionally with a variant ("en-us+f2").
+        words_per_minute: speed.
+        pitch: 0 (deep) to 99 (high).
+
+    Raises:
+        VoiceError: eSpeak does not know the voice, or fails.
+    """
+    tokens = list(re.finditer(r"[^\s]+", text))
+    if not any(re.search(r"\w", token.group()) for token in tokens):
+        return Utterance(np.zeros(0), ())
+    with _lock:
+        raw, marks = _synthesize(text, voice, words_per_minute, pitch)
+    rate = _library()[1]
+    samples = np.asarray(soxr.resample(raw, rate, RATE_HZ))
+    starts = {position - 1: milliseconds / 1000.0 for position, milliseconds in marks}
+    return Utterance(samples, _word_times(tokens, starts, samples))
+
+
+@functools.cache
+def _library() -> tuple[ctypes.CDLL, int]:
+    try:
+        library = ctypes.CDLL(espeakng_loader.get_library_path())
+        rate = library.espeak_Initialize(_SYNCHRONOUS, 0, str(espeakng_loader.get_data_path()).encode(), 0)
+    except OSError as err:
+        raise VoiceError(f"eSpeak NG cannot be loaded: {err}") from err
+    if rate <= 0:
+        raise VoiceError("eSpeak NG found no voices; install espeakng-loader again")
+    return library, int(rate)
+
+
+def _synthesize(text: str, voice: str, speed: float, pitch: float) -> tuple[Samples, list[tuple[int, int]]]:
+    library, _ = _library()
+    chunks: list[npt.NDArray[np.int16]] = []
+    marks: list[tuple[int, int]] = []
+
+    def on_sound(wave: object, count: int, events: object) -> int:
+        if wave and count > 0:
+            chunks.append(np.ctypeslib.as_array(wave, shape=(count,)).copy())  # type: ignore[call-overload]
+        i = 0
+        while events[i].type != _EVENT_END:  # type: ignore[index]
+            if events[i].type == _EVENT_WORD:  # type: ignore[index]
+                marks.append((events[i].text_position, events[i].audio_position))  # type: ignore[index]
+            i += 1
+        return 0
+
+    callback = _CALLBACK(on_sound)
+    library.espeak_SetSynthCallback(callback)
+    if library.espeak_SetVoiceByName(voice.encode()) != 0:
+        raise VoiceError(f"eSpeak NG has no voice {voice!r}; voices that work here: {', '.join(VOICES)}")
+    library.espeak_SetParameter(_RATE, round(speed), 0)
+    library.espeak_SetParameter(_PITCH, round(pitch), 0)
+    library.espeak_SetParameter(_WORDGAP, 1, 0)
+    encoded = text.encode() + b"\0"
+    if library.espeak_Synth(encoded, len(encoded), 0, 1, 0, _UTF8, None, None) != 0:
+        raise VoiceError("eSpeak NG could not speak the sentence")
+    library.espeak_Synchronize()
+    return np.concatenate([np.zeros(1, np.int16), *chunks]) / 32768.0, marks
+
+
+def _word_times(tokens: list[re.Match[str]], starts: dict[int, float], samples: Samples) -> tuple[SpokenWord, ...]:
+    """Give every word of the text its time; eSpeak sometimes runs words together and marks only the first."""
+    loud = np.flatnonzero(np.abs(samples) > 0.01)
+    end = float(loud[-1] + 1) / RATE_HZ if len(loud) else len(samples) / RATE_HZ
+    begins: list[float | None] = []
+    for token in tokens:
+        inside = [time for position, time in starts.items() if token.start() <= position < token.end()]
+        begins.append(min(inside) if inside else None)
+    known = [(i, time) for i, time in enumerate(begins) if time is not None]
+    letters = np.concatenate([[0.0], np.cumsum([len(token.group()) + 1.0 for token in tokens])])
+    anchors = [letters[i] for i, _ in known] + [letters[-1]]
+    times = [time for _, time in known] + [end]
+    at = np.interp(letters, anchors, times)
+    return tuple(
+        SpokenWord(token.group().strip(".,!?;:\"'"), float(at[i]), _end_of_sound(float(at[i]), float(at[i + 1]), samples))
+        for i, token in enumerate(tokens)
+    )
+
+
+def _end_of_sound(start: float, end: float, samples: Samples) -> float:
+    """Take the silence before the next word off a word."""
+    window = np.abs(samples[int(start * RATE_HZ) : int(end * RATE_HZ)])
+    loud = np.flatnonzero(window > 0.01)
+    return end if len(loud) == 0 else start + float(loud[-1] + 1) / RATE_HZ

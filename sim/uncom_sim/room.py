@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The room: floor, walls, table with legs, and a lamp; wood, paint and light vary with the seed."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pybullet
+from PIL import Image
+
+from uncom_sim.types import Light, Table
+
+Rgb = tuple[float, float, float]
+
+TOP_THICKNESS_M = 0.035
+LEG_M = 0.05
+ROOM_M = 6.0
+# Woods and paints that real rooms have; all of them dull, so that objects stand out as they do at home.
+_WOODS: tuple[Rgb, ...] = ((0.66, 0.52, 0.37), (0.60, 0.45, 0.31), (0.71, 0.59, 0.45), (0.55, 0.43, 0.33))
+_WALLS: tuple[Rgb, ...] = ((0.80, 0.81, 0.80), (0.77, 0.80, 0.82), (0.82, 0.79, 0.74))
+_FLOORS: tuple[Rgb, ...] = ((0.45, 0.45, 0.46), (0.52, 0.50, 0.47), (0.40, 0.42, 0.44))
+
+
+@dataclass(frozen=True, slots=True)
+class Room:
+    """PyBullet ids of the bodies, and the lamp."""
+
+    floor: int
+    walls: tuple[int, ...]
+    table: int
+    light: Light
+
+
+def build_room(client: int, table: Table, rng: np.random.Generator) -> Room:
+    """Build floor, walls and table into a PyBullet world; rng draws materials and light."""
+    wood, paint, ground = (choices[int(rng.integers(len(choices)))] for choices in (_WOODS, _WALLS, _FLOORS))
+    floor = _floor(client, ground, rng)
+    walls = _walls(client, paint)
+    return Room(floor, walls, _table(client, table, wood, rng), random_light(rng))
+
+
+def random_light(rng: np.random.Generator) -> Light:
+    """Draw a lamp overhead, somewhat to one side, warm or cool."""
+    azimuth, tilt = rng.uniform(-np.pi, np.pi), rng.uniform(0.25, 0.6)
+    warmth = rng.uniform(-1.0, 1.0)
+    level = rng.uniform(0.94, 1.0)
+    return Light(
+        direction=(float(tilt * np.cos(azimuth)), float(tilt * np.sin(azimuth)), 1.0),
+        colour=(float(level * (1.0 - 0.02 * (1 - warmth))), float(level * 0.975), float(level * (0.96 - 0.04 * warmth))),
+        ambient=float(rng.uniform(0.55, 0.65)),
+        diffuse=float(rng.uniform(0.40, 0.50)),
+    )
+
+
+def _floor(client: int, colour: Rgb, rng: np.random.Generator) -> int:
+    plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
+    seen = pybullet.createVisualShape(
+        pybullet.GEOM_BOX,
+        halfExtents=[ROOM_M, ROOM_M, 0.01],
+        visualFramePosition=[0.0, 0.0, -0.0105],
+        rgbaColor=[1, 1, 1, 1],
+        specularColor=[0, 0, 0],
+        physicsClientId=client,
+    )
+    body: int = pybullet.createMultiBody(0, plane, seen, physicsClientId=client)
+    grain = rng.normal(0.0, 0.012, (128, 128, 1))
+    pixels = np.asarray(colour) + grain
+    joints = (np.arange(128) % 16 == 0)[:, None] | (np.arange(128) % 16 == 0)[None]
+    pixels[joints] *= 0.93
+    _cover(client, body, pixels)
+    pybullet.changeDynamics(body, -1, lateralFriction=0.8, physicsClientId=client)
+    return body
+
+
+def _walls(client: int, colour: Rgb) -> tuple[int, ...]:
+    """Stand walls behind the table and to both sides of it: nothing to touch, only to see."""
+    places = (
+        ([0.05, ROOM_M, 1.3], [3.2, 0.0, 1.3]),
+        ([ROOM_M, 0.05, 1.3], [0.0, 3.4, 1.3]),
+        ([ROOM_M, 0.05, 1.3], [0.0, -3.4, 1.3]),
+    )
+    walls = []
+    for half, centre in places:
+        seen = pybullet.createVisualShape(
+            pybullet.GEOM_BOX, halfExtents=half, rgbaColor=[*colour, 1], specularColor=[0, 0, 0], physicsClientId=client
+        )
+        walls.append(pybullet.createMultiBody(0, -1, seen, centre, physicsClientId=client))
+    return tuple(walls)
+
+
+def _table(client: int, table: Table, wood: Rgb, rng: np.random.Generator) -> int:
+    """Build top and legs as one fixed body, its frame in the middle of the surface."""
+    half_x, half_y = (table.x_max - table.x_min) / 2.0, (table.y_max - table.y_min) / 2.0
+    leg_height = table.height - TOP_THICKNESS_M
+    halves = [[half_x, half_y, TOP_THICKNESS_M / 2.0]]
+    centres = [[0.0, 0.0, -TOP_THICKNESS_M / 2.0]]
+    for sx in (-1, 1):
+        for sy in (-1, 1):
+            halves.append([LEG_M / 2.0, LEG_M / 2.0, leg_height / 2.0])
+            centres.append([sx * (half_x - 0.05), sy * (half_y - 0.05), -TOP_THICKNESS_M - leg_height / 2.0])
+    kinds = [pybullet.GEOM_BOX] * len(halves)
+    touched = pybullet.createCollisionShapeArray(
+        shapeTypes=kinds, halfExtents=halves, collisionFramePositions=centres, physicsClientId=client
+    )
+    seen = pybullet.createVisualShapeArray(
+        shapeTypes=kinds,
+        halfExtents=halves,
+        visualFramePositions=centres,
+        rgbaColors=[[1, 1, 1, 1]] * len(halves),
+        physicsClientId=client,
+    )
+    middle = [(table.x_min + table.x_max) / 2.0, (table.y_min + table.y_max) / 2.0, table.height]
+    body: int = pybullet.createMultiBody(0, touched, seen, middle, physicsClientId=client)
+    _cover(client, body, _grain(wood, rng))
+    pybullet.changeDynamics(
+        body, -1, lateralFriction=0.8, rollingFriction=0.0, spinningFriction=0.001, physicsClientId=client
+    )
+    return body
+
+
+def _grain(wood: Rgb, rng: np.random.Generator, size: int = 256) -> npt.NDArray[np.float64]:
+    """Draw faint wood grain along one direction (size, size, 3), colours from 0 to 1."""
+    v, u = np.mgrid[0:size, 0:size] / size
+    phase = rng.uniform(0.0, 10.0, 3)
+    bend = 0.04 * np.sin(2 * np.pi * u + phase[0]) + 0.02 * np.sin(4 * np.pi * u + phase[1])
+    rings = np.sin(2 * np.pi * (v + bend) * 9 + phase[2]) + 0.5 * np.sin(2 * np.pi * (v + bend) * 31)
+    streaks = np.repeat(rng.normal(0.0, 1.0, (size, 16)), size // 16, axis=1)
+    shade = 1.0 + 0.022 * rings + 0.012 * streaks
+    planks = np.minimum((v * 4) % 1.0, 1.0 - (v * 4) % 1.0) < 0.008
+    return np.asarray(np.clip(np.asarray(wood) * (shade * np.where(planks, 0.90, 1.0))[..., None], 0.0, 1.0))
+
+
+def _cover(client: int, body: int, pixels: npt.NDArray[np.float64]) -> None:
+    """Put a texture (H, W, 3), colours from 0 to 1, on a whole body."""
+    with tempfile.TemporaryDirectory(prefix="uncom_") as folder:
+        path = Path(folder) / "cover.png"
+        Image.fromarray((np.clip(pixels, 0.0, 1.0) * 255.0).astype(np.uint8)).save(path)
+        texture = pybullet.loadTexture(str(path), physicsClientId=client)
+    pybullet.changeVisualShape(body, -1, textureUniqueId=texture, specularColor=[0, 0, 0], physicsClientId=client)
