@@ -6,7 +6,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-
 from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import apply, invert
 from uncom_language.types import Act, Command, Primitive, Reference, Relation, Span

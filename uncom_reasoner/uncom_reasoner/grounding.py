@@ -66,6 +66,23 @@ def ground(
     return _decision(command, context, (object_ray, target_ray), None, thing_choice, thing, result)
 
 
+def failed(command: Command, reason: str) -> GroundedCommand:
+    """Return a grounded command that failed before anything was looked at."""
+    return GroundedCommand(
+        stamp_s=0.0,
+        frame_id="",
+        utterance_id=command.utterance_id,
+        index=command.index,
+        status=Status.FAILED,
+        reason=reason,
+        object_text=described(command.object),
+        action_text=command.action_text,
+        target_text=target_text(command),
+        primitive=command.primitive.value,
+        relation=command.relation.value,
+    )
+
+
 def _gestures(command: Command, context: Context) -> tuple[PhraseRay, PhraseRay]:
     """Return the gestures of object and target, each competing with the other for frames between them."""
     references = {"object": command.object, "target": command.target}

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the reasoner has seen lately: images, hands and the camera's place, and what of it a command needs.
+
+Images are kept as they come (of whatever type) and handed back for the detector; only their stamps matter here.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from typing import Any
+
+from uncom_common.camera import PinholeCamera
+from uncom_common.exceptions import TransformError
+from uncom_common.transforms import FloatArray, TransformBuffer
+from uncom_language.types import Command
+from uncom_perception.types import HandsFrame
+
+from uncom_reasoner.config import ReasonerConfig
+from uncom_reasoner.frames import SceneFrame, StampedBuffer, scene_frame
+from uncom_reasoner.job import object_end, words_span
+from uncom_reasoner.rays import observe
+from uncom_reasoner.types import RayObservation
+
+logger = logging.getLogger(__name__)
+
+SAME_FRAME_S = 0.05
+GESTURE_MARGIN_S = 2.0  # hands so long before and after the words are looked at
+
+
+@dataclass(frozen=True, slots=True)
+class SeenHands:
+    """The hands of one image as values and as the message that they came in."""
+
+    frame: HandsFrame
+    message: Any
+
+
+class Senses:
+    """Bounded memory of the senses. Thread safe."""
+
+    def __init__(self, config: ReasonerConfig) -> None:
+        """Start empty."""
+        self._config = config
+        self.images: StampedBuffer[Any] = StampedBuffer(config.buffer_s, config.buffer_hz)
+        self.depths: StampedBuffer[Any] = StampedBuffer(config.buffer_s, config.buffer_hz)
+        self.hands: StampedBuffer[SeenHands] = StampedBuffer(config.hands_keep_s)
+        self.transforms = TransformBuffer(keep_s=config.hands_keep_s)
+        self.camera_info: Any = None
+        self.camera: PinholeCamera | None = None
+        self.camera_frame = ""
+
+    def latest_s(self) -> float:
+        """Return up to when both images and hands are known."""
+        return min(self.hands.latest_s(), self.images.latest_s())
+
+    def scene_frame(self, command: Command) -> SceneFrame | None:
+        """Choose the image whose things are weighed for a command, or None without images."""
+        end = words_span(command).end_s
+        hands = [(stamp, bool(seen.frame.hands)) for stamp, seen in self.hands.items() if stamp <= end + 5.0]
+        stamps = [stamp for stamp, _ in self.images.items()]
+        config = self._config
+        return scene_frame(stamps, hands, object_end(command), config.hand_free_before_s, config.hand_free_after_s)
+
+    def image_at(self, stamp_s: float) -> Any | None:
+        """Return the image with a stamp, or None if it is gone."""
+        found = self.images.nearest(stamp_s, SAME_FRAME_S)
+        return found[1] if found is not None else None
+
+    def depth_at(self, stamp_s: float) -> Any | None:
+        """Return the depth image with a stamp, or None."""
+        found = self.depths.nearest(stamp_s, SAME_FRAME_S)
+        return found[1] if found is not None else None
+
+    def hands_at(self, stamp_s: float) -> Any | None:
+        """Return the hands' message of an image, or None."""
+        found = self.hands.nearest(stamp_s, SAME_FRAME_S)
+        return found[1].message if found is not None else None
+
+    def nearest_image_s(self, stamp_s: float) -> float:
+        """Return the stamp of the image nearest to a time, or the time itself without images."""
+        found = self.images.nearest(stamp_s)
+        return found[0] if found is not None else stamp_s
+
+    def camera_in_base(self, stamp_s: float) -> FloatArray | None:
+        """Return transform_camera_to_base (4, 4) at a time, or None if it is not known."""
+        if not self.camera_frame:
+            return None
+        try:
+            return self.transforms.lookup(self.camera_frame, self._config.base_frame, stamp_s)
+        except TransformError as error:
+            logger.debug("%s", error)
+            return None
+
+    def rays(self, command: Command, fixed: FloatArray | None) -> tuple[RayObservation, ...]:
+        """Return the rays around a command's words.
+
+        Args:
+            command: with its times.
+            fixed: transform_camera_to_scene (4, 4) if the scene is in the camera's frame; None: the scene is in the
+                base frame and each image's own transform counts.
+        """
+        span = words_span(command)
+        near = [
+            seen.frame
+            for stamp, seen in self.hands.items()
+            if span.start_s - GESTURE_MARGIN_S <= stamp <= span.end_s + GESTURE_MARGIN_S
+        ]
+        return observe(near, self.camera_in_base if fixed is None else lambda _: fixed)
