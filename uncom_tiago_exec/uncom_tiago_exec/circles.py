@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -138,7 +139,7 @@ def _ball(cloud: FloatArray, table_z: float) -> Circle | None:
 
 def _along(polygon: FloatArray, step: float) -> FloatArray:
     pieces = []
-    for a, b in zip(polygon[:-1], polygon[1:], strict=True):
+    for a, b in pairwise(polygon):
         count = max(1, int(np.ceil(np.linalg.norm(b - a) / step)))
         pieces.append(a + (b - a) * (np.arange(count) / count)[:, None])
     return np.vstack(pieces)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import coal
@@ -101,16 +102,17 @@ class CollisionChecker:
         if kinds == ("robot", "robot"):
             return None if frozenset((a, b)) in skip else self.margins.body
         if kinds == ("robot", "scene"):
-            if objects[i].parentJoint == 0:
-                return None  # the base stands still; the other arm goes up and down with the torso
-            if is_finger(a):
-                return None if b in self.contacts.fingers else self.margins.fingers
-            return self.margins.scene if b not in self.contacts.fingers else 0.0
-        if kinds == ("robot", HELD):
-            return self.margins.body
+            # the base stands still; the other arm goes up and down with the torso
+            return None if objects[i].parentJoint == 0 else self._scene_margin(a, b)
         if kinds == ("scene", HELD):
             return None if a in self.contacts.held else self.margins.held
-        return None
+        return self.margins.body if kinds == ("robot", HELD) else None
+
+    def _scene_margin(self, link: str, obstacle: str) -> float | None:
+        wanted = obstacle in self.contacts.fingers
+        if is_finger(link):
+            return None if wanted else self.margins.fingers
+        return 0.0 if wanted else self.margins.scene
 
     def _rebuild(self) -> None:
         self._data = self.group.model.createData()
@@ -180,7 +182,7 @@ def densify(path: FloatArray, step: float) -> FloatArray:
     if len(path) < 2:
         return np.asarray(path)
     pieces = [path[:1]]
-    for a, b in zip(path[:-1], path[1:], strict=True):
+    for a, b in pairwise(path):
         count = max(1, int(np.ceil(np.abs(b - a).max() / step)))
         pieces.append(a + (b - a) * (np.arange(1, count + 1) / count)[:, None])
     return np.vstack(pieces)

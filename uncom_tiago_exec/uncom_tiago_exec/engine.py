@@ -82,7 +82,7 @@ class Engine:
                 task = self._look_for(task)
         if task.primitive == "pick":
             return f"I hold the {self._in_hand}"
-        self._place(task, plan)
+        self._place(plan)
         return self._check(task, plan)
 
     def _plan(self, task: ManipulationTask, failed: list[FloatArray], attempt: int) -> Plan:
@@ -143,7 +143,7 @@ class Engine:
             data["duration_s"] = round(step.trajectory.duration_s, 3)
         self._tell(step.stage, step.detail, plan.side, data)
 
-    def _place(self, task: ManipulationTask, plan: Plan) -> None:
+    def _place(self, plan: Plan) -> None:
         width = plan.grasp.width if plan.grasp is not None else 0.0
         for step in plan.steps:
             if step.stage <= Stage.LIFTING:

@@ -81,7 +81,7 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
         self._server.destroy()
         super().destroy_node()
 
-    # callbacks: store and wake
+    # What ROS calls only stores and wakes.
 
     def _on_description(self, msg: String) -> None:
         try:
@@ -145,7 +145,7 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
             success=outcome.success, stage=int(outcome.stage), reason=outcome.reason, in_hand=outcome.in_hand
         )
 
-    # the worker
+    # What the worker thread runs.
 
     def _work(self) -> None:
         while (job := self._jobs.get()) is not None:

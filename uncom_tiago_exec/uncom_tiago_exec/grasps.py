@@ -56,7 +56,7 @@ class _Hand:
 
 
 def grasp_candidates(shape: ObjectShape, others: FloatArray, gripper: GripperShape, count: int = 120) -> list[Grasp]:
-    """Return up to `count` grasps, best first; others (N, 3) are points of the neighbours that fingers must not touch."""
+    """Return up to `count` grasps, best first; fingers keep off the neighbours' points, others (N, 3)."""
     near = others
     if len(others):
         reach = 0.5 * float(np.linalg.norm(shape.size)) + 0.2

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import shapely
 from uncom_common.transforms import invert
@@ -62,7 +64,7 @@ def _discs(
     top = float(z.max())
     edges = np.linspace(bottom, top, 4 if top - bottom > 0.08 else 2)
     parts: list[tuple[float, float, float]] = []
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in pairwise(edges):
         inside = (z >= low - 0.005) & (z <= high + 0.005)
         radius = float(distance[inside].max()) if inside.any() else 0.01
         if parts and abs(parts[-1][2] - radius) < 0.012:

@@ -85,7 +85,7 @@ class PickPlacePlanner:
         if not grasps:
             raise RefusedError(f"I see no way to take hold of the {task.object_text or 'object'}")
         found_at = time.monotonic()
-        reaches = self._search(arms, grasps, goal, scene, task)
+        reaches = self._search(arms, grasps, goal, task)
         searched_at = time.monotonic()
         plan = self._connect(reaches, scene)
         timings = {
@@ -103,7 +103,6 @@ class PickPlacePlanner:
         arms: Mapping[Side, ArmPlanner],
         grasps: Sequence[Grasp],
         goal: Destination | None,
-        scene: SceneModel,
         task: ManipulationTask,
     ) -> list[_Reach]:
         """Return the first few grasps that work from start to end, cheapest first."""

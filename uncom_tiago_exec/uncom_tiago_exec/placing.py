@@ -93,8 +93,7 @@ def place_options(goal: Destination, moved: ObjectShape, grasp: Grasp, gripper: 
     for tilt in tilts:
         if steep - tilt < np.radians(34.0):
             continue
-        for turn in _TURNS:
-            options.append(_place(goal, moved, grasp, gripper, float(turn), float(tilt)))
+        options += [_place(goal, moved, grasp, gripper, float(turn), float(tilt)) for turn in _TURNS]
     return options
 
 

@@ -106,7 +106,7 @@ def thin(points: FloatArray, voxel: float) -> FloatArray:
 
 
 def smallest_rectangle(points: FloatArray) -> tuple[FloatArray, float, FloatArray]:
-    """Return centre (2,), yaw of the long side [rad] and extents (long, short) of the smallest rectangle around (N, 2)."""
+    """Return centre (2,), yaw of the long side [rad], extents (long, short) of the smallest rectangle around (N, 2)."""
     best: tuple[float, FloatArray, float, FloatArray] | None = None
     for angle in np.radians(np.arange(0.0, 90.0, 3.0)):
         turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
