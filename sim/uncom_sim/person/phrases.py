@@ -31,8 +31,9 @@ def find_phrases(words: Sequence[str]) -> Phrases:
     """Find the object's and the target's phrase by the small words around them, whatever the nouns are."""
     tokens = [word.lower().strip(".,!?;:\"'") for word in words]
     first = _object_phrase(tokens)
-    after = first[1] if first is not None else 0
-    return Phrases(first, _target_phrase(tokens, after))
+    if first is None and not _VERBS & set(tokens):
+        return Phrases(None, None)  # "hello there" asks for nothing
+    return Phrases(first, _target_phrase(tokens, first[1] if first is not None else 0))
 
 
 def _object_phrase(tokens: Sequence[str]) -> tuple[int, int] | None:

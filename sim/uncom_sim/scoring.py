@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What physics says about a run: did the thing end where it was to go, and did everything else stay.
+
+Left, right, in front and behind are as the robot sees them: left is +y, right -y, in front -x, behind +x.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+
+from uncom_sim.exceptions import SceneError
+from uncom_sim.objects.catalogue import model
+from uncom_sim.objects.footprint import outline
+from uncom_sim.types import Meaning, ObjectState, Point2, SceneObject, Table
+
+MOVED_M = 0.05  # other things may be brushed, not carried off
+LIFTED_M = 0.05
+AREA_RADIUS_M = 0.12
+NEAR_M = 0.15
+BESIDE_M = 0.30
+_DIRECTIONS = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
+_UPRIGHT = float(np.cos(np.radians(30.0)))
+_CONE = float(np.cos(np.radians(50.0)))
+
+
+@dataclass(frozen=True, slots=True)
+class PhysicalResult:
+    """The outcome: in words, and how far the object and the most moved other thing went [m]."""
+
+    success: bool
+    reason: str
+    object_moved_m: float
+    others_moved_m: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the fields as the demo's JSON has them."""
+        return {
+            "success": self.success,
+            "reason": self.reason,
+            "object_moved_m": round(self.object_moved_m, 4),
+            "others_moved_m": round(self.others_moved_m, 4),
+        }
+
+
+def nearest_object(states: Sequence[ObjectState], x: float, y: float, within_m: float = 0.10) -> str | None:
+    """Return the id of the thing at a place (x, y) [m], or None when the next one is farther than within_m.
+
+    The distance is to the outline, so that a long handle or a curved banana does not matter; of several that cover the
+    place (a lemon in a bowl) it is the one whose middle is nearest.
+    """
+    place = shapely.Point(x, y)
+    best: tuple[float, float, str] | None = None
+    for state in states:
+        gap = float(_outline(state).distance(place))
+        key = (gap, float(np.hypot(*(state.position[:2] - (x, y)))), state.id)
+        if gap <= within_m and (best is None or key < best):
+            best = key
+    return None if best is None else best[2]
+
+
+def judge(before: Sequence[ObjectState], after: Sequence[ObjectState], goal: Meaning, table: Table) -> PhysicalResult:
+    """Compare the world before and after with what was to happen.
+
+    Args:
+        before: where everything was.
+        after: where everything is once it has come to rest.
+        goal: what was to happen; relation "none" is: lift the object.
+        table: the table.
+
+    Raises:
+        SceneError: the goal names a thing that is not there.
+    """
+    was, now = _by_id(before), _by_id(after)
+    for name in (goal.object, goal.target):
+        if name is not None and (name not in was or name not in now):
+            raise SceneError(f"there is no object {name!r} to judge; objects are: {', '.join(now)}")
+    moved = {i: float(np.linalg.norm(now[i].position - was[i].position)) for i in now if i in was}
+    others = max(((moved[i], i) for i in moved if i not in (goal.object, goal.target)), default=(0.0, ""))
+    target_moved = 0.0 if goal.target is None else moved[goal.target]
+    success, reason = _goal_reached(was, now, goal, table)
+    if success and others[0] > MOVED_M:
+        success, reason = False, f"{reason}, but {others[1]} was moved by {others[0]:.2f} m"
+    if success and target_moved > 2 * MOVED_M:
+        success, reason = False, f"{reason}, but {goal.target} was moved by {target_moved:.2f} m"
+    return PhysicalResult(success, reason, moved[goal.object], max(others[0], target_moved))
+
+
+def _goal_reached(
+    was: Mapping[str, ObjectState], now: Mapping[str, ObjectState], goal: Meaning, table: Table
+) -> tuple[bool, str]:
+    thing = now[goal.object]
+    rise = float(thing.position[2] - was[goal.object].position[2])
+    if thing.position[2] < table.height - 0.05:
+        return False, f"{goal.object} fell off the table"
+    if goal.relation == "none":
+        return rise > LIFTED_M, f"{goal.object} was {'' if rise > LIFTED_M else 'not '}lifted"
+    if goal.relation == "area":
+        return _in_area(thing, goal.area, table)
+    if goal.target is None:
+        raise SceneError(f"a goal with the relation {goal.relation!r} needs a target")
+    target = now[goal.target]
+    if goal.relation == "in" and model(target.kind, target.colour).opening is not None:
+        return _inside(thing, target)
+    if goal.relation in ("in", "on"):
+        return _on_top(thing, target)
+    return _beside(thing, target, goal.relation, table)
+
+
+def _inside(thing: ObjectState, target: ObjectState) -> tuple[bool, str]:
+    opening = model(target.kind, target.colour).opening
+    if opening is None:
+        return _on_top(thing, target)
+    if target.pose[2, 2] < _UPRIGHT:
+        return False, f"{target.id} was tipped over"
+    place = target.pose[:3, :3].T @ (thing.position - target.position)
+    away = float(np.hypot(place[0] - opening.centre[0], place[1] - opening.centre[1]))
+    half = float(np.min(thing.size)) / 2.0
+    above = float(place[2]) - half - opening.rim_z
+    if away > opening.radius or above > 0.035:
+        return False, f"{thing.id} is not in {target.id}: {away:.2f} m from its middle"
+    return True, f"{thing.id} is in {target.id}"
+
+
+def _on_top(thing: ObjectState, target: ObjectState) -> tuple[bool, str]:
+    shape = model(target.kind, target.colour)
+    if shape.opening is not None:
+        held, reason = _inside(thing, target)
+        return held, reason.replace(" in ", " on ")
+    half = _half_height(thing)
+    rests_at = float(thing.position[2]) - half
+    top = float(target.position[2]) + _half_height(target)
+    over = bool(_outline(target).buffer(0.01).contains(shapely.Point(*thing.position[:2])))
+    if not over or abs(rests_at - top) > 0.03:
+        return False, f"{thing.id} is not on {target.id}"
+    return True, f"{thing.id} is on {target.id}"
+
+
+def _beside(thing: ObjectState, target: ObjectState, relation: str, table: Table) -> tuple[bool, str]:
+    if not _stands_on(thing, table):
+        return False, f"{thing.id} does not lie on the table"
+    words = relation.replace("_", " ").replace("in front", "in front")
+    gap = float(_outline(thing).distance(_outline(target)))
+    if relation == "next_to":
+        return gap <= NEAR_M, f"{thing.id} is {gap:.2f} m from {target.id}"
+    offset = thing.position[:2] - target.position[:2]
+    length = float(np.linalg.norm(offset))
+    if length < 1e-6 or float(offset @ _DIRECTIONS[relation]) / length < _CONE:
+        return False, f"{thing.id} is not {words} {target.id}"
+    if gap > BESIDE_M:
+        return False, f"{thing.id} is {gap:.2f} m from {target.id}, too far to be called {words} it"
+    return True, f"{thing.id} is {words} {target.id}, {gap:.2f} m away"
+
+
+def _in_area(thing: ObjectState, area: Point2 | None, table: Table) -> tuple[bool, str]:
+    if area is None:
+        raise SceneError("a goal with the relation 'area' needs an area")
+    away = float(np.hypot(*(thing.position[:2] - area)))
+    if not _stands_on(thing, table):
+        return False, f"{thing.id} does not lie on the table"
+    return away <= AREA_RADIUS_M, f"{thing.id} is {away:.2f} m from the place meant"
+
+
+def _stands_on(thing: ObjectState, table: Table) -> bool:
+    rests_at = float(thing.position[2]) - _half_height(thing)
+    return table.contains(*map(float, thing.position[:2])) and abs(rests_at - table.height) < 0.02
+
+
+def _half_height(state: ObjectState) -> float:
+    """Half the extent along the vertical of the box around a thing as it lies now [m]."""
+    bounds = model(state.kind, state.colour).bounds
+    return float(np.abs(state.pose[2, :3]) @ (bounds[1] - bounds[0]) / 2.0)
+
+
+def _outline(state: ObjectState) -> shapely.Polygon:
+    yaw = float(np.arctan2(state.pose[1, 0], state.pose[0, 0]))
+    x, y = map(float, state.position[:2])
+    return outline(SceneObject(state.id, state.kind, state.colour, x, y, yaw))
+
+
+def _by_id(states: Sequence[ObjectState]) -> dict[str, ObjectState]:
+    return {state.id: state for state in states}
