@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a person in a scene means by a sentence, as far as the words and the pointing leave no doubt. For scoring only."""
+"""What a person in a scene means, as far as words and pointing leave no doubt. For scoring only."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from uncom_sim.objects.palette import COLOURS, SPELLINGS
 from uncom_sim.person.phrases import find_phrases
 from uncom_sim.types import Meaning, Point2, Scene
 
-_THIS = frozenset("this that it these those here there over one thing object item".split())
+_THIS = frozenset(("this", "that", "it", "these", "those", "here", "there", "over", "one", "thing", "object", "item"))
 _WORDS_OF_RELATIONS = (
     ("right_of", ("right",)), ("left_of", ("left",)), ("in_front_of", ("front", "before")), ("behind", ("behind",)),
     ("next_to", ("next", "beside", "besides", "near", "by", "at")), ("in", ("in", "into", "inside", "within")),
@@ -22,8 +22,8 @@ _WORDS_OF_RELATIONS = (
 def with_say(scene: Scene, say: str) -> Scene:
     """Return the scene with another sentence: the person points only at what the new words speak of.
 
-    A gesture of the scene stays where the words are deictic or name the thing it goes to; where they name another thing,
-    and only one there is, it goes to that thing; else there is none.
+    A gesture of the scene stays where the words are deictic or name the thing it goes to; where they name another
+    thing, and only one there is, it goes to that thing; else there is none.
     """
     words = say.split()
     phrases = find_phrases(words)
@@ -43,22 +43,19 @@ def meaning_of(scene: Scene) -> Meaning | None:
         return scene.meaning
     words = scene.say.lower().split()
     phrases = find_phrases(words)
-    if phrases.object is None:
-        return None
-    thing = _the_one(scene, words[slice(*phrases.object)], scene.point_object)
-    if not isinstance(thing, str):
+    thing = None if phrases.object is None else _the_one(scene, words[slice(*phrases.object)], scene.point_object)
+    if phrases.object is None or not isinstance(thing, str):
         return None
     if phrases.target is None:
         return Meaning(thing, "none")
     target = _the_one(scene, words[slice(*phrases.target)], scene.point_target)
+    if isinstance(target, tuple):
+        return Meaning(thing, "area", None, target)
     if target is None or target == thing:
         return None
-    relation = _relation(words[phrases.object[1] : phrases.target[0]])
-    if not isinstance(target, str):
-        return Meaning(thing, "area", None, target)
     opening = model(scene.object(target).kind, scene.object(target).colour).opening
     natural = "in" if opening is not None else "next_to"
-    return Meaning(thing, relation or natural, target)
+    return Meaning(thing, _relation(words[phrases.object[1] : phrases.target[0]]) or natural, target)
 
 
 def named_objects(scene: Scene, phrase: Sequence[str]) -> tuple[str, ...]:

@@ -50,7 +50,11 @@ def random_light(rng: np.random.Generator) -> Light:
     level = rng.uniform(0.94, 1.0)
     return Light(
         direction=(float(tilt * np.cos(azimuth)), float(tilt * np.sin(azimuth)), 1.0),
-        colour=(float(level * (1.0 - 0.02 * (1 - warmth))), float(level * 0.975), float(level * (0.96 - 0.04 * warmth))),
+        colour=(
+            float(level * (1.0 - 0.02 * (1 - warmth))),
+            float(level * 0.975),
+            float(level * (0.96 - 0.04 * warmth)),
+        ),
         ambient=float(rng.uniform(0.55, 0.65)),
         diffuse=float(rng.uniform(0.40, 0.50)),
     )

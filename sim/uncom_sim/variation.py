@@ -135,7 +135,9 @@ def _in_sight(thing: SceneObject, scene: Scene, onlooker: Onlooker) -> bool:
     shape = model(thing.kind, thing.colour)
     height = float(shape.size[2])
     ring = np.asarray(outline(thing).exterior.coords)
-    corners = np.concatenate([np.column_stack([ring, np.full(len(ring), scene.table.height + z)]) for z in (0.0, height)])
+    corners = np.concatenate(
+        [np.column_stack([ring, np.full(len(ring), scene.table.height + z)]) for z in (0.0, height)]
+    )
     pixels = onlooker.pixels(corners)
     inside = (pixels > 8.0).all() and (pixels < (onlooker.camera.width - 8.0, onlooker.camera.height - 8.0)).all()
     if not inside:

@@ -86,7 +86,9 @@ def _load_collision(client: int, hulls: Sequence[FloatArray], folder: Path) -> i
         # PyBullet takes the corners of each group's faces and makes its convex hull; the faces need not close.
         lines.append(f"o hull_{i}")
         lines += [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in hull]
-        lines += [f"f {first + k} {first + (k + 1) % len(hull)} {first + (k + 2) % len(hull)}" for k in range(len(hull))]
+        lines += [
+            f"f {first + k} {first + (k + 1) % len(hull)} {first + (k + 2) % len(hull)}" for k in range(len(hull))
+        ]
         first += len(hull)
     mesh.write_text("\n".join(lines) + "\n")
     shape: int = pybullet.createCollisionShape(pybullet.GEOM_MESH, fileName=str(mesh), physicsClientId=client)

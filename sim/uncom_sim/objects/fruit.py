@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import trimesh
 
@@ -24,7 +26,9 @@ def banana(colour: Rgb) -> Model:
     path = np.column_stack(
         [bend_radius * np.sin(angles), bend_radius * (np.cos(angles) - 0.88), np.full(len(at), thickness)]
     )
-    swell = np.interp(at, [-1, -0.93, -0.75, -0.4, 0.4, 0.72, 0.82, 0.95, 1], [0.2, 0.42, 0.8, 1, 1, 0.72, 0.4, 0.3, 0.26])
+    swell = np.interp(
+        at, [-1, -0.93, -0.75, -0.4, 0.4, 0.72, 0.82, 0.95, 1], [0.2, 0.42, 0.8, 1, 1, 0.72, 0.4, 0.3, 0.26]
+    )
     swell[1:-1] = np.convolve(swell, [0.25, 0.5, 0.25], mode="valid")
     skin = paint(
         tube(path, np.column_stack([swell * thickness, swell * thickness * 0.96]), segments=14),
@@ -45,7 +49,7 @@ def banana(colour: Rgb) -> Model:
         crease_deg=60,
     )
     cuts = (0, 4, 9, 15, 20, 24)
-    rings = [tube(path[a : b + 1], swell[a : b + 1] * thickness, segments=10) for a, b in zip(cuts, cuts[1:], strict=False)]
+    rings = [tube(path[a : b + 1], swell[a : b + 1] * thickness, segments=10) for a, b in itertools.pairwise(cuts)]
     return assemble([skin], [np.asarray(ring.vertices) for ring in rings], 0.12, FRUIT)
 
 

@@ -22,7 +22,9 @@ def box(colour: Rgb) -> Model:
     size = (0.15, 0.076, 0.09)
     body = paint(rounded_box(size, 0.002, 2), colour)
     tape_colour = mixed(colour, COLOURS["white"], 0.35)
-    tape = paint(rounded_box((size[0] + 0.0006, 0.018, 0.0008), 0.0003, 1).apply_translation([0, 0, size[2]]), tape_colour)
+    tape = paint(
+        rounded_box((size[0] + 0.0006, 0.018, 0.0008), 0.0003, 1).apply_translation([0, 0, size[2]]), tape_colour
+    )
     return assemble([body, tape], [box_hull(size, (0.0, 0.0, size[2] / 2.0))], 0.2, CARDBOARD)
 
 
@@ -35,14 +37,25 @@ def cereal_box(colour: Rgb) -> Model:
 
 def bottle(colour: Rgb) -> Model:
     """6.6 cm across, 21 cm high, cap and label, 380 g."""
-    points = [(0.030, 0.0), (0.033, 0.004), (0.033, 0.060), (0.033, 0.120), (0.030, 0.142), (0.018, 0.166), (0.0135, 0.178)]
+    points = [
+        (0.030, 0.0),
+        (0.033, 0.004),
+        (0.033, 0.060),
+        (0.033, 0.120),
+        (0.030, 0.142),
+        (0.018, 0.166),
+        (0.0135, 0.178),
+    ]
     wall = [(0.0, 0.0), points[0], *smooth_profile(points[1:], 16), (0.0130, 0.192)]
     skin = paint(revolve(wall, 32), colour, crease_deg=45)
     label = paint(
         revolve([(0.0333, 0.055), (0.0336, 0.056), (0.0336, 0.104), (0.0333, 0.105)], 32),
         mixed(colour, COLOURS["white"], 0.75),
     )
-    cap = paint(revolve([(0.0152, 0.190), (0.0155, 0.191), (0.0155, 0.208), (0.0145, 0.210), (0.0, 0.210)], 24), COLOURS["white"])
+    cap = paint(
+        revolve([(0.0152, 0.190), (0.0155, 0.191), (0.0155, 0.208), (0.0145, 0.210), (0.0, 0.210)], 24),
+        COLOURS["white"],
+    )
     hulls = [disc_hull(0.033, 0.0, 0.125, 18), turned_hull([(0.033, 0.125), (0.030, 0.142), (0.016, 0.170)], 14),
              disc_hull(0.0155, 0.168, 0.210, 10)]  # fmt: skip
     return assemble([skin, label, cap], hulls, 0.38, BARREL)
@@ -50,7 +63,9 @@ def bottle(colour: Rgb) -> Model:
 
 def can(colour: Rgb) -> Model:
     """Drink can: 6.6 cm across, 11.5 cm high, metal ends, 370 g."""
-    body = paint(revolve([(0.028, 0.004), (0.0328, 0.009), (0.0328, 0.104), (0.0285, 0.1125)], 32), colour, crease_deg=30)
+    body = paint(
+        revolve([(0.028, 0.004), (0.0328, 0.009), (0.0328, 0.104), (0.0285, 0.1125)], 32), colour, crease_deg=30
+    )
     band = paint(
         revolve([(0.0329, 0.042), (0.0331, 0.0425), (0.0331, 0.0625), (0.0329, 0.063)], 32),
         mixed(colour, COLOURS["white"], 0.7),
@@ -85,6 +100,8 @@ def _printed(colour: Rgb) -> Tile:
     tile[letters] = dark
     tile[(u - 0.5) ** 2 + ((v - 0.66) * 1.35) ** 2 < 0.24**2] = light
     tile[((u - 0.5) ** 2 + ((v - 0.66) * 1.35) ** 2 < 0.17**2) & (v > 0.66)] = dark
-    grains = ((u * 19.0) % 1.0 < 0.45) & ((v * 23.0) % 1.0 < 0.45) & (np.abs(u - 0.5) < 0.15) & (np.abs(v - 0.62) < 0.035)
+    grains = (
+        ((u * 19.0) % 1.0 < 0.45) & ((v * 23.0) % 1.0 < 0.45) & (np.abs(u - 0.5) < 0.15) & (np.abs(v - 0.62) < 0.035)
+    )
     tile[grains] = np.asarray(COLOURS["beige"]) * 220.0
     return tile

@@ -65,7 +65,10 @@ def plate(colour: Rgb) -> Model:
     outer = [(0.070, 0.002), (0.082, 0.006), (0.096, 0.012), (0.110, 0.0185)]
     inner = [(0.068, 0.0055), (0.080, 0.0085), (0.095, 0.0155), (0.1085, 0.0205)]
     skin = paint(_vessel(outer, inner, (0.066, 0.0), 0.005), colour, crease_deg=25)
-    hulls = [*ring_hulls([(0.066, 0.005), *inner[1:]], [(0.066, 0.0), *outer[1:]], 20), disc_hull(0.070, 0.0, 0.005, 20)]
+    hulls = [
+        *ring_hulls([(0.066, 0.005), *inner[1:]], [(0.066, 0.0), *outer[1:]], 20),
+        disc_hull(0.070, 0.0, 0.005, 20),
+    ]
     return assemble([skin], hulls, 0.42, CERAMIC, Opening((0.0, 0.0), 0.1085, 0.005, 0.0205))
 
 

@@ -36,12 +36,27 @@ _BONES = {"index": (0.046, 0.027, 0.021), "middle": (0.050, 0.031, 0.022), "ring
 _RADII = {"index": (0.0105, 0.0092, 0.0080, 0.0066), "middle": (0.0108, 0.0095, 0.0083, 0.0070),
           "ring": (0.0102, 0.0090, 0.0079, 0.0066), "little": (0.0092, 0.0080, 0.0070, 0.0058)}  # fmt: skip
 # How far each joint of a finger bends [degrees], and how far the finger spreads to the thumb's side.
-_BENDS = {"index": (3.0, 6.0, 3.0), "middle": (72.0, 95.0, 55.0), "ring": (78.0, 96.0, 55.0), "little": (76.0, 92.0, 50.0)}
+_BENDS = {
+    "index": (3.0, 6.0, 3.0),
+    "middle": (72.0, 95.0, 55.0),
+    "ring": (78.0, 96.0, 55.0),
+    "little": (76.0, 92.0, 50.0),
+}
 _SPREADS = {"index": 3.0, "middle": 1.0, "ring": -2.0, "little": -5.0}
-_THUMB = ((0.0, 0.0, 0.0), (0.024, 0.028, -0.012), (0.056, 0.045, -0.022), (0.084, 0.040, -0.031), (0.104, 0.028, -0.035))
+_THUMB = (
+    (0.0, 0.0, 0.0),
+    (0.024, 0.028, -0.012),
+    (0.056, 0.045, -0.022),
+    (0.084, 0.040, -0.031),
+    (0.104, 0.028, -0.035),
+)
 _THUMB_RADII = (0.016, 0.0145, 0.0118, 0.0102, 0.0082)
 _SKINS: tuple[tuple[float, Rgb], ...] = (
-    (0.0, (0.91, 0.74, 0.64)), (0.3, (0.87, 0.68, 0.57)), (0.6, (0.72, 0.52, 0.40)), (1.0, (0.47, 0.32, 0.24)))  # fmt: skip
+    (0.0, (0.91, 0.74, 0.64)),
+    (0.3, (0.87, 0.68, 0.57)),
+    (0.6, (0.72, 0.52, 0.40)),
+    (1.0, (0.47, 0.32, 0.24)),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,13 +168,17 @@ def _forearm(points: FloatArray) -> FloatArray:
     high = np.interp(along, [-0.03, 0.0, 0.12, 0.5, 0.85, 1.0], [0.0175, 0.0185, 0.0195, 0.031, 0.040, 0.040])
     beyond = points[:, 0] + FOREARM_M * along
     flat = np.sqrt((points[:, 1] / wide) ** 2 + ((points[:, 2] + 0.002) / high) ** 2)
-    return np.asarray(np.hypot(np.maximum(flat - 1.0, -1.0) * np.minimum(wide, high), 0.0) * np.sign(flat - 1.0) + np.abs(beyond))
+    return np.asarray(
+        np.hypot(np.maximum(flat - 1.0, -1.0) * np.minimum(wide, high), 0.0) * np.sign(flat - 1.0) + np.abs(beyond)
+    )
 
 
 def _bone(points: FloatArray, a: FloatArray, b: FloatArray, radius_a: float, radius_b: float) -> FloatArray:
     axis = np.asarray(b) - np.asarray(a)
     share = np.clip((points - a) @ axis / max(float(axis @ axis), 1e-12), 0.0, 1.0)
-    return np.asarray(np.linalg.norm(points - a - share[:, None] * axis, axis=1) - (radius_a + (radius_b - radius_a) * share))
+    return np.asarray(
+        np.linalg.norm(points - a - share[:, None] * axis, axis=1) - (radius_a + (radius_b - radius_a) * share)
+    )
 
 
 def _blend(distances: list[FloatArray], width: float) -> FloatArray:
@@ -169,7 +188,7 @@ def _blend(distances: list[FloatArray], width: float) -> FloatArray:
 
 
 def _flush(vertices: FloatArray, normals: FloatArray, joints: FloatArray) -> FloatArray:
-    """Redder over knuckles and finger tips, darker in the folds of the finger joints, paler in the palm; 1 is a nail."""
+    """How red the skin is: more over knuckles and tips, less in the palm; near 1 is a nail."""
     value = np.full(len(vertices), 0.35) - 0.12 * np.clip(-normals[:, 2], 0.0, 1.0)
     for i in (5, 9, 13, 17, 6, 10, 14, 18, 4, 8, 12, 16, 20):
         near = np.exp(-((np.linalg.norm(vertices - joints[i], axis=1) / 0.014) ** 2))
@@ -180,7 +199,9 @@ def _flush(vertices: FloatArray, normals: FloatArray, joints: FloatArray) -> Flo
         along /= np.linalg.norm(along)
         local = vertices - joints[tip]
         out = normals @ (np.array([0.0, 0.0, 1.0]) if tip == 8 else np.array([0.3, 0.75, 0.6]))
-        nail = (out > 0.72) & (local @ along > -0.008) & (local @ along < 0.005) & (np.linalg.norm(local, axis=1) < 0.012)
+        nail = (
+            (out > 0.72) & (local @ along > -0.008) & (local @ along < 0.005) & (np.linalg.norm(local, axis=1) < 0.012)
+        )
         value[nail] = 0.97
     return value
 

@@ -74,8 +74,8 @@ class PersonPerformance:
         pose = _between(move, t_s)
         # Nobody holds a hand quite still.
         phases = np.array([7.3, 9.1, 8.2]) * 2.0 * np.pi * t_s
-        slow = np.array([0.9, 1.3, 1.1]) * 2.0 * np.pi * t_s
-        pose[:3, 3] += _TREMOR_M * (0.25 * np.sin(phases) + 0.75 * np.sin(slow + [0.0, 1.0, 2.0]))
+        slow = np.array([0.9, 1.3, 1.1]) * 2.0 * np.pi * t_s + np.array([0.0, 1.0, 2.0])
+        pose[:3, 3] += _TREMOR_M * (0.25 * np.sin(phases) + 0.75 * np.sin(slow))
         return pose
 
 
@@ -104,7 +104,9 @@ def rehearse(
     hand = build_hand(traits.hand, traits.size, traits.skin, traits.sleeve)
     spoken = speak(say, traits.voice, traits.speed, traits.pitch)
     spans = find_phrases([word.text for word in spoken.words])
-    ranges = {role: span for role in ("object", "target") if role in targets and (span := getattr(spans, role)) is not None}
+    ranges = {
+        role: span for role in ("object", "target") if role in targets and (span := getattr(spans, role)) is not None
+    }
     # Saying only "this" or "here" with one gesture: the phrase there is goes with the gesture there is.
     if targets and not ranges and (span := spans.object or spans.target) is not None:
         ranges = {next(iter(targets)): span}
@@ -137,7 +139,9 @@ def _placements(
         return None
     onlooker = looking_robot()
     sides = SIDES if side is None else (side,)
-    options = {s: {role: _place(hand, at, s, obstacles, table, onlooker) for role, at in targets.items()} for s in sides}
+    options = {
+        s: {role: _place(hand, at, s, obstacles, table, onlooker) for role, at in targets.items()} for s in sides
+    }
     costs = {s: max(placement.cost for placement in poses.values()) for s, poses in options.items()}
     good = [s for s in sides if costs[s] <= min(costs.values()) + 0.25]
     chosen = good[int(rng.integers(len(good)))]

@@ -6,17 +6,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-_DEICTIC = frozenset("this that these those it".split())
-_PLACES = frozenset("here there".split())
-_DETERMINERS = frozenset("the a an my your our his her their some one another other".split()) | _DEICTIC - {"it"}
-_PREPOSITIONS = frozenset(
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+_PLACES = _words("here there")
+_DETERMINERS = _words("the a an my your our his her their some one another other this that these those")
+_PREPOSITIONS = _words(
     "in into inside on onto upon to next near beside besides behind by under below beneath above over between at with "
-    "against within toward towards before from off of for left right front".split()
+    "against within toward towards before from off of for left right front"
 )
-_VERBS = frozenset(
-    "take grab get pick put place move set bring lift drop lay pour stack push give hand pass throw slide leave".split()
+_VERBS = _words(
+    "take grab get pick put place move set bring lift drop lay pour stack push give hand pass throw slide leave"
 )
-_JOINTS = frozenset("and then up".split())
+_JOINTS = _words("and then up")
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-
 from uncom_common.camera import PinholeCamera
+
 from uncom_sim.person.hand import FOREARM_M, INDEX_BASE, INDEX_TIP, Hand
 from uncom_sim.types import Table
 
@@ -150,7 +150,9 @@ def _touching(points: FloatArray, obstacles: Sequence[Obstacle], clearance: floa
     worst = 0.0
     for thing in obstacles:
         outside = np.maximum(np.abs(points - thing.middle) - thing.half_size, 0.0)
-        worst = max(worst, float(np.clip(clearance - np.linalg.norm(outside, axis=1).min(), 0.0, clearance)) / clearance)
+        worst = max(
+            worst, float(np.clip(clearance - np.linalg.norm(outside, axis=1).min(), 0.0, clearance)) / clearance
+        )
     return worst
 
 
@@ -164,7 +166,11 @@ def _crossing(
         if np.linalg.norm(thing.middle[:2] - target[:2]) < 0.03:
             continue
         centre = onlooker.pixels(thing.middle[None])[0]
-        radius = onlooker.camera.fx * float(thing.half_size.max()) / float(np.linalg.norm(thing.middle - onlooker.pose[:3, 3]))
+        radius = (
+            onlooker.camera.fx
+            * float(thing.half_size.max())
+            / float(np.linalg.norm(thing.middle - onlooker.pose[:3, 3]))
+        )
         share = float(np.clip((centre - tip) @ along / max(float(along @ along), 1e-9), 0.0, 1.0))
         gap = float(np.linalg.norm(tip + share * along - centre)) - radius
         worst = max(worst, float(np.clip((15.0 - gap) / 30.0, 0.0, 1.0)))

@@ -24,7 +24,9 @@ def with_pause(utterance: Utterance, after_word: int, pause_s: float) -> Utteran
     cut_s = (utterance.words[after_word].end_s + utterance.words[after_word + 1].start_s) / 2.0
     cut = int(cut_s * RATE_HZ)
     gap = np.zeros(int(pause_s * RATE_HZ))
-    later = [replace(w, start_s=w.start_s + pause_s, end_s=w.end_s + pause_s) for w in utterance.words[after_word + 1 :]]
+    later = [
+        replace(w, start_s=w.start_s + pause_s, end_s=w.end_s + pause_s) for w in utterance.words[after_word + 1 :]
+    ]
     samples = np.concatenate([utterance.samples[:cut], gap, utterance.samples[cut:]])
     return Utterance(samples, (*utterance.words[: after_word + 1], *later))
 

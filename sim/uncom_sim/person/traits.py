@@ -11,7 +11,13 @@ from uncom_sim.objects.palette import Rgb
 from uncom_sim.person.voice import VOICES
 from uncom_sim.types import HANDS, PersonOptions
 
-_SLEEVES: tuple[Rgb, ...] = ((0.20, 0.27, 0.42), (0.32, 0.33, 0.35), (0.45, 0.22, 0.25), (0.20, 0.34, 0.30), (0.62, 0.62, 0.60))
+_SLEEVES: tuple[Rgb, ...] = (
+    (0.20, 0.27, 0.42),
+    (0.32, 0.33, 0.35),
+    (0.45, 0.22, 0.25),
+    (0.20, 0.34, 0.30),
+    (0.62, 0.62, 0.60),
+)
 
 
 @dataclass(frozen=True, slots=True)

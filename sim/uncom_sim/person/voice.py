@@ -56,9 +56,7 @@ class _Event(ctypes.Structure):
     )
 
 
-_CALLBACK = ctypes.CFUNCTYPE(
-    ctypes.c_int, ctypes.POINTER(ctypes.c_short), ctypes.c_int, ctypes.POINTER(_Event)
-)
+_CALLBACK = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.POINTER(ctypes.c_short), ctypes.c_int, ctypes.POINTER(_Event))
 
 
 def speak(text: str, voice: str = "en-us", words_per_minute: float = 150.0, pitch: float = 50.0) -> Utterance:
@@ -139,7 +137,9 @@ def _word_times(tokens: list[re.Match[str]], starts: dict[int, float], samples: 
     times = [time for _, time in known] + [end]
     at = np.interp(letters, anchors, times)
     return tuple(
-        SpokenWord(token.group().strip(".,!?;:\"'"), float(at[i]), _end_of_sound(float(at[i]), float(at[i + 1]), samples))
+        SpokenWord(
+            token.group().strip(".,!?;:\"'"), float(at[i]), _end_of_sound(float(at[i]), float(at[i + 1]), samples)
+        )
         for i, token in enumerate(tokens)
     )
 
