@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
+from pathlib import Path
+
 from setuptools import find_packages, setup
 
 PACKAGE = "uncom_bringup"
@@ -11,6 +13,8 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
+        (f"share/{PACKAGE}/launch", [str(path) for path in Path(PACKAGE, "launch").glob("*.launch.py")]),
+        (f"share/{PACKAGE}/config", [str(path) for path in Path(PACKAGE, "config").iterdir()]),
     ],
     install_requires=["setuptools"],
     zip_safe=False,

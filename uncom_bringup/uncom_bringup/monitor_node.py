@@ -31,7 +31,14 @@ _LISTENED = {
     kinds.SAY: topics.SAY,
     kinds.QUESTION: topics.QUESTION,
 }
-# Of the explanation everything is kept; it is JSON in a string.
+# What tells that a node works.
+_SIGNS = {
+    kinds.HANDS: ("gesture_node", "first picture"),
+    kinds.SPEECH_STATUS: ("speech_node", "first sound"),
+    kinds.EXECUTION: ("execution_node", "idle"),
+}
+_LISTENERS = {"language_node": topics.TRANSCRIPT, "reasoner_node": topics.COMMAND}
+_DETECT = "/uncom/detect"
 _ANNOTATED_QUALITY = 95
 _VIDEO_QUALITY = 85
 
@@ -44,18 +51,22 @@ class MonitorNode(Node):
         on_event: Callable[[Event], None] | None = None,
         *,
         keep_frames: bool = True,
+        keep_events: bool = True,
         overview_topic: str = "",
         **node_options: Any,
     ) -> None:
-        """Subscribe; the camera only if frames are to be kept."""
+        """Subscribe; the camera only if frames are to be kept. A monitor that stays for long keeps nothing."""
         super().__init__("uncom_monitor", **node_options)
+        self._keep_events = keep_events
+        self._seen: set[str] = set()
         self._on_event = on_event
         self._lock = threading.Lock()
         self._events: list[Event] = []
         self._frames: dict[str, list[Frame]] = {"camera": [], "overview": [], "annotated": []}
         for kind, topic in _LISTENED.items():
             self._listen(kind, topic)
-        self.create_subscription(Image, topics.ANNOTATED.name, self._keeper("annotated", _ANNOTATED_QUALITY), 10)
+        if keep_events:
+            self.create_subscription(Image, topics.ANNOTATED.name, self._keeper("annotated", _ANNOTATED_QUALITY), 10)
         if keep_frames:
             self.create_subscription(Image, topics.RGB.name, self._keeper("camera", _VIDEO_QUALITY), 10)
             if overview_topic:
@@ -70,6 +81,22 @@ class MonitorNode(Node):
                 tuple(self._frames["overview"]),
                 tuple(self._frames["annotated"]),
             )
+
+    def missing(self) -> list[str]:
+        """Return which nodes have not shown yet that they work, with what is waited for."""
+        with self._lock:
+            seen = set(self._seen)
+        waiting = [f"{node} ({what})" for kind, (node, what) in _SIGNS.items() if kind not in seen]
+        for node, topic in _LISTENERS.items():
+            if all(info.node_name != node for info in self.get_subscriptions_info_by_topic(topic.name)):
+                waiting.append(f"{node} (to listen to {topic.name})")
+        if not any(name == _DETECT for name, _ in self.get_service_names_and_types()):
+            waiting.append(f"detection_node (service {_DETECT})")
+        return waiting
+
+    def graph_is_up(self) -> bool:
+        """Whether all six nodes work: each has said something, or listens or serves as it should."""
+        return not self.missing()
 
     def _listen(self, kind: str, topic: topics.Topic) -> None:
         qos = QoSProfile(depth=topic.depth)
@@ -89,7 +116,9 @@ class MonitorNode(Node):
         stamp_s = seconds_from_msg(msg.header.stamp) if hasattr(msg, "header") else 0.0
         event = Event(kind, stamp_s, 1e-9 * self.get_clock().now().nanoseconds, time.monotonic(), data)
         with self._lock:
-            self._events.append(event)
+            self._seen.add(kind)
+            if self._keep_events:
+                self._events.append(event)
         if self._on_event is not None:
             self._on_event(event)
 

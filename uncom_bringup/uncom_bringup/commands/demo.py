@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`uncom demo`: a simulated person and TIAGo++, the whole graph, to the physical result."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from uncom_bringup import output
+from uncom_bringup.commands.common import SubParsers, add_json, natural_number, output_folder, positive_float
+from uncom_bringup.exceptions import BadInputError
+
+
+def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
+    """Add the command."""
+    parser = subparsers.add_parser(
+        "demo",
+        help="simulated person and TIAGo++: from sound and images to the physical result",
+        description="A simulated person speaks and points; the graph understands and moves a simulated TIAGo++.",
+    )
+    parser.add_argument("--scenario", metavar="NAME", help="i to vi, or a name (default: iv)")
+    parser.add_argument("--scene", metavar="FILE", help="your own scene (JSON) instead of a scenario")
+    parser.add_argument("--say", metavar="TEXT", help="another sentence than the scene's")
+    parser.add_argument("--seed", type=natural_number, default=0, help="places, voice, hand, light (default: 0)")
+    parser.add_argument("--out", metavar="DIR", help="where to leave report, video, bag (default: a new folder)")
+    parser.add_argument("--force", action="store_true", help="write into --out though it holds something")
+    parser.add_argument("--timeout", type=positive_float, default=240.0, metavar="S", help="give up after (wall time)")
+    parser.add_argument("--no-video", action="store_true", help="leave out video.mp4")
+    parser.add_argument("--no-bag", action="store_true", help="leave out run.mcap")
+    parser.add_argument("--params-file", action="append", default=[], metavar="YAML", help="node parameters over ours")
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run one demo."""
+    if options.scenario and options.scene:
+        raise BadInputError("give --scenario or --scene, not both")
+    if options.say is not None and len(options.say) > 2000:
+        raise BadInputError("--say is too long; at most 2000 characters are spoken")
+    try:
+        from uncom_sim import demo, demo_options  # noqa: PLC0415  (only when it runs)
+    except ImportError as error:
+        raise BadInputError(f"the simulator is not installed here ({error}); `uncom doctor` says what is") from error
+
+    scene = Path(options.scene) if options.scene else None
+    scenario = options.scenario or demo_options.DEFAULT_SCENARIO
+    prepared = demo_options.prepare_scene(scenario, scene, options.say, options.seed)
+    folder = output_folder(options.out, f"{scene.stem if scene else scenario}-{options.seed}", options.force)
+    say = output.note if options.json else output.emit
+    result = demo.run_demo(
+        demo_options.DemoOptions(
+            scene=prepared,
+            folder=folder,
+            seed=options.seed,
+            timeout_s=options.timeout,
+            record=not options.no_bag,
+            video=not options.no_video,
+            parameter_files=tuple(Path(name) for name in options.params_file),
+        ),
+        say,
+    )
+    if options.json:
+        output.emit_json(result.to_json())
+    else:
+        say(f"{'report':<12}{result.artifacts['report']}")
+        say(result.in_words())
+    return result.exit_status
