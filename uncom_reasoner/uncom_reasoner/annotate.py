@@ -39,6 +39,11 @@ def annotate(object_frame: Picture, target_frame: Picture, decision: Decision, v
         _thing(left, g.object)
     _ray(left, decision.object_ray, g.object.box if g.object is not None else None)
     _boxes(right, g.target_candidates)
+    if decision.reference is not None:
+        _boxes(right, decision.reference.candidates)
+        reference = next(c for c in decision.reference.candidates if c.chosen)
+        if reference.box is not None:
+            _box(right, reference.box, GREY, 2)
     if g.target.detection is not None:
         _thing(right, g.target.detection)
     area = _area_pixels(decision, view) if g.target.detection is None else np.zeros((0, 2))

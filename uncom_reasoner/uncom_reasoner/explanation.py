@@ -15,6 +15,7 @@ Layout (positions on the support are [x, y] in metres, or pixels if `table.metri
      "target": {"kind": "NONE" | "OBJECT" | "AREA", "chosen": id | null, "probability", "candidates": [CANDIDATE],
                 "position": [x, y, z] in the scene's frame | null,
                 "point": {"mean": [x, y], "covariance": [[..], [..]]} | null where the gesture meets the table},
+     "reference": {"chosen", "probability", "candidates"} | null: the thing that the target's place is relative to,
      "cells": [{"id", "polygon", "centre", "occupied_by": ids or "", "chosen"}],
      "refused": readings not taken, "notes": [...],
      "without": {"gesture" | "words": {"object" | "target": {"likeliest", "probability"}}},
@@ -32,7 +33,7 @@ from typing import Any
 
 from uncom_language.types import Command
 
-from uncom_reasoner.types import Candidate, Decision, Dwell, FloatArray, PhraseRay, Status, TargetKind
+from uncom_reasoner.types import Candidate, Choice, Decision, Dwell, FloatArray, PhraseRay, Status, TargetKind
 from uncom_reasoner.weights import Weights
 
 
@@ -63,6 +64,7 @@ def explain(command: Command, decision: Decision, scene_frame_s: float, weights:
             "position": _numbers(g.target.pose[:3, 3]) if g.target.pose is not None else None,
             "point": {"mean": _numbers(point.mean), "covariance": _numbers(point.covariance)} if point else None,
         },
+        "reference": _choice(decision.reference) if decision.reference is not None else None,
         "cells": _cells(decision),
         "refused": list(decision.refused),
         "notes": list(decision.notes),
@@ -111,6 +113,14 @@ def _dwell(dwell: Dwell, share: float) -> dict[str, Any]:
         "direction_px": _numbers(dwell.direction_px),
         "tip": _numbers(space.tip) if space is not None else None,
         "direction": _numbers(space.direction) if space is not None else None,
+    }
+
+
+def _choice(choice: Choice) -> dict[str, Any]:
+    return {
+        "chosen": choice.chosen,
+        "probability": choice.probability,
+        "candidates": [_candidate(c) for c in choice.candidates],
     }
 
 

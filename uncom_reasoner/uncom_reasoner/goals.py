@@ -6,17 +6,30 @@ from __future__ import annotations
 import numpy as np
 import shapely
 from shapely.geometry import Polygon
-from uncom_language.types import Reference
+from uncom_language.types import Reference, Relation
 
+from uncom_reasoner.phrases import is_table
 from uncom_reasoner.placing import Cost
 from uncom_reasoner.relations import RelationGoal
 from uncom_reasoner.surface import Surface, centre_of
 from uncom_reasoner.types import FloatArray, TablePoint
 
 FARTHEST_POINTED_M = 0.25
+ELSEWHERE_M = 0.2
 AREA_HEADS = frozenset(
     ("corner", "middle", "center", "centre", "edge", "side", "left", "right", "front", "back", "end")
 )
+
+
+# other words for the same parts, and relations to the support itself ("to the left of the table" is on its left side)
+WAYS = {"center": "middle", "centre": "middle", "near": "front", "far": "back", "rear": "back"}
+RELATION_AREAS = {
+    Relation.BETWEEN: "middle",  # "in the middle of the table"
+    Relation.LEFT_OF: "left",
+    Relation.RIGHT_OF: "right",
+    Relation.IN_FRONT_OF: "front",
+    Relation.BEHIND: "back",
+}
 
 
 def pointed_cost(point: TablePoint, surface: Surface) -> Cost:
@@ -49,24 +62,34 @@ def related_cost(goal: RelationGoal, point: TablePoint | None) -> Cost:
 
 
 def anywhere_cost(start: FloatArray, surface: Surface) -> Cost:
-    """Cost of "on the table": near where the thing is, in easy reach."""
+    """Cost of "on the table": some way from where the thing is (it would not have to be moved else), in easy reach."""
     unit = surface.unit
 
     def cost(points: FloatArray, moved: FloatArray) -> FloatArray:  # noqa: ARG001
-        costs = (np.linalg.norm(points - start, axis=1) / unit / 0.2) ** 2
+        moved_by = np.linalg.norm(points - start, axis=1) / unit
+        costs = ((moved_by - ELSEWHERE_M) / 0.1) ** 2
         if surface.reach:
             shoulders = np.array(surface.reach)
             reach = np.linalg.norm(points[:, None, :] - shoulders, axis=2).min(axis=1)
             costs = costs + (np.maximum(reach - 0.6, 0.0) / 0.1) ** 2
-        return np.asarray(costs)
+        return np.asarray(np.where(moved_by >= 0.5 * ELSEWHERE_M, costs, np.inf))
 
     return cost
 
 
-def area_cost(reference: Reference, surface: Surface, point: TablePoint | None) -> Cost:
+def area_words(reference: Reference, relation: Relation) -> frozenset[str]:
+    """Return the words that name a part of the support, from the reference and from a relation to the support."""
+    said = {reference.head.lower(), *(m.lower() for m in reference.modifiers), *reference.text.lower().split()}
+    words = said & AREA_HEADS | {WAYS[word] for word in said if word in WAYS}
+    if is_table(reference) and relation in RELATION_AREAS:
+        words |= {RELATION_AREAS[relation]}
+    return frozenset(words)
+
+
+def area_cost(words: frozenset[str], surface: Surface, point: TablePoint | None) -> Cost:
     """Cost of an absolute area of the support: "in the corner", "in the middle", "on the left side"."""
     assert surface.polygon is not None  # noqa: S101 (callers looked)
-    ideals = _ideals(reference, surface, surface.polygon)
+    ideals = _ideals(words, surface, surface.polygon)
     if point is not None and len(ideals) > 1:
         ideals = ideals[[int(np.argmin(np.linalg.norm(ideals - point.mean, axis=1)))]]
     unit = surface.unit
@@ -78,21 +101,18 @@ def area_cost(reference: Reference, surface: Surface, point: TablePoint | None) 
     return cost
 
 
-def _ideals(reference: Reference, surface: Surface, outline: Polygon) -> FloatArray:
+def _ideals(words: frozenset[str], surface: Surface, outline: Polygon) -> FloatArray:
     """Return the points (N, 2) that an area's name may mean."""
-    words = {reference.head.lower(), *(m.lower() for m in reference.modifiers), *reference.text.lower().split()}
     centre = centre_of(outline)
     frame = np.asarray(outline.minimum_rotated_rectangle.exterior.coords)[:-1]
-    ways = {"left": -surface.right, "right": surface.right, "front": -surface.far, "near": -surface.far,
-            "back": surface.far, "far": surface.far, "rear": surface.far}  # fmt: skip
-    wanted = [way for word, way in ways.items() if word in words]
-    if words & {"middle", "center", "centre"}:
+    ways = {"left": -surface.right, "right": surface.right, "front": -surface.far, "back": surface.far}
+    if "middle" in words:
         return centre[None, :]
     if "corner" in words:
         points = centre + 0.8 * (frame - centre)
     else:
-        points = centre + 0.7 * ((frame + np.roll(frame, -1, axis=0)) / 2.0 - centre)
-    for way in wanted:
-        along = (points - centre) @ way
+        points = centre + 0.6 * ((frame + np.roll(frame, -1, axis=0)) / 2.0 - centre)
+    for word in sorted(words & set(ways)):
+        along = (points - centre) @ ways[word]
         points = points[along > 0.3 * along.max()]
     return points

@@ -13,7 +13,7 @@ from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.context import Context, context_of
 from uncom_reasoner.exceptions import AmbiguousError, CannotGroundError, NotSupportedError
 from uncom_reasoner.memory import Memory
-from uncom_reasoner.phrases import any_will_do, is_bare
+from uncom_reasoner.phrases import any_will_do, is_bare, is_pronoun
 from uncom_reasoner.posterior import NONE, settle
 from uncom_reasoner.rays import phrase_span
 from uncom_reasoner.targets import TargetResult, resolve_target
@@ -107,9 +107,11 @@ def _find_object(command: Command, ray: PhraseRay, context: Context) -> Choice:
         raise CannotGroundError("I do not see anything on the table.")
     candidates = weigh(Query(reference, ray), context)
     things = [c for c in candidates if c.id != NONE]
-    pointless = is_bare(reference) and not reference.modifiers and not ray.present
-    if pointless and not (reference.anaphoric and context.memory.places) and len(things) > 1:
-        raise CannotGroundError("I did not see which thing you pointed at.")
+    if is_bare(reference) and not reference.modifiers and not ray.present and len(things) > 1:
+        if not is_pronoun(reference):
+            raise CannotGroundError("I did not see which thing you pointed at.")
+        if not context.memory.places:
+            raise CannotGroundError(f"I do not know what you mean by {reference.head!r}. Please name it.")
     return settle(candidates, spoken(reference), context.weights, any_will_do=any_will_do(reference, command))
 
 
@@ -170,13 +172,21 @@ def _decision(
 def _with_target(decision: Decision, result: TargetResult) -> Decision:
     grounded = replace(
         decision.grounded,
+        primitive=_done_as(decision.grounded.primitive, result),
         target=result.target,
-        target_probability=result.choice.probability,
+        target_probability=(result.reference or result.choice).probability,
         target_candidates=result.choice.candidates,
     )
     return replace(
-        decision, grounded=grounded, target_point=result.point, cells=result.cells, notes=decision.notes + result.notes
+        decision, grounded=grounded, target_point=result.point, cells=result.cells, reference=result.reference
     )
+
+
+def _done_as(primitive: str, result: TargetResult) -> str:
+    """Return what is done with the object: "put it in the corner" is no putting into a thing."""
+    if primitive in (Primitive.PUT_IN.value, Primitive.PUT_ON.value, Primitive.STACK.value, Primitive.PLACE.value):
+        return result.primitive.value
+    return primitive
 
 
 def _counterfactuals(

@@ -48,6 +48,11 @@ def is_bare(reference: Reference) -> bool:
     return reference.head.lower() in GENERIC_HEADS or not reference.head
 
 
+def is_pronoun(reference: Reference) -> bool:
+    """Whether a reference is "it" or "them" with no noun that it was resolved to."""
+    return reference.head.lower() in ("it", "them") and not reference.deictic
+
+
 def is_place_word(reference: Reference) -> bool:
     """Whether a reference is a place that is only pointed at ("here", "this spot")."""
     return reference.head.lower() in PLACE_HEADS or (not reference.head and reference.deictic in ("here", "there"))

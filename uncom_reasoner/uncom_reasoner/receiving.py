@@ -18,11 +18,15 @@ RASTER_M = 0.005
 
 @dataclass(frozen=True, slots=True)
 class Opening:
-    """The largest disc in a thing seen from above: centre (2,), radius and height of what lies in it, plane units."""
+    """The largest disc in a thing seen from above, plane units.
+
+    Centre (2,), radius, height of what lies in it, and how far that is below the thing's highest points.
+    """
 
     centre: FloatArray
     radius: float
     height: float
+    depth: float
 
 
 def opening_of(detection: Detection, surface: Surface) -> Opening:
@@ -31,12 +35,13 @@ def opening_of(detection: Detection, surface: Surface) -> Opening:
     shape = footprint(detection, surface)
     if not surface.metric or geometry is None or len(geometry.cloud) < LEAST_POINTS:
         centre = centre_of(shape) if not shape.is_empty else np.array(detection.box.center)
-        return Opening(centre, float(np.sqrt(max(shape.area, 0.0) / np.pi)), 0.0)
+        return Opening(centre, float(np.sqrt(max(shape.area, 0.0) / np.pi)), 0.0, 0.0)
     points = surface.to_plane(geometry.cloud)
     centre, radius = _largest_disc(points[:, :2])
     near = points[np.linalg.norm(points[:, :2] - centre, axis=1) <= max(0.5 * radius, 2.0 * RASTER_M)]
     height = float(np.median(near[:, 2])) if len(near) else float(points[:, 2].max())
-    return Opening(centre, radius, max(height, 0.0))
+    depth = float(np.percentile(points[:, 2], 95)) - height
+    return Opening(centre, radius, max(height, 0.0), max(depth, 0.0))
 
 
 def _largest_disc(points: FloatArray) -> tuple[FloatArray, float]:

@@ -11,7 +11,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from shapely.geometry import Point, Polygon
@@ -20,8 +20,8 @@ from uncom_perception.types import Detection
 
 from uncom_reasoner.context import Context
 from uncom_reasoner.exceptions import CannotGroundError, NoPlaceError, NotSupportedError
-from uncom_reasoner.goals import AREA_HEADS, anywhere_cost, area_cost, pointed_cost, related_cost
-from uncom_reasoner.phrases import CONTAINER, any_will_do, is_bare, is_place_word, is_table
+from uncom_reasoner.goals import AREA_HEADS, anywhere_cost, area_cost, area_words, pointed_cost, related_cost
+from uncom_reasoner.phrases import CONTAINER, any_will_do, is_bare, is_place_word, is_pronoun, is_table
 from uncom_reasoner.placing import Cost, Place, find_place
 from uncom_reasoner.pointing import table_point
 from uncom_reasoner.posterior import NONE, chosen, settle
@@ -29,13 +29,14 @@ from uncom_reasoner.receiving import fits_in, opening_of, outline_of
 from uncom_reasoner.relations import RELATIVE, RelationGoal
 from uncom_reasoner.surface import centre_of
 from uncom_reasoner.things import Query, gesture, nearest_z, weigh
-from uncom_reasoner.types import Candidate, Cell, Choice, FloatArray, GroundedTarget, PhraseRay, TablePoint, TargetKind
+from uncom_reasoner.types import Cell, Choice, FloatArray, GroundedTarget, PhraseRay, TablePoint, TargetKind
 from uncom_reasoner.wording import spoken
 
 CONTAINER_SHARE = (
     0.3  # a thing is a container if its score is this share of the best one's, and at least LEAST_CONTAINER
 )
 LEAST_CONTAINER = 0.1
+HOLLOW_M = 0.015
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,8 @@ class TargetResult:
     choice: Choice
     point: TablePoint | None = None
     cells: tuple[Cell, ...] = ()
-    notes: tuple[str, ...] = ()
+    reference: Choice | None = None  # the thing that a place is relative to
+    primitive: Primitive = Primitive.PLACE
 
 
 def resolve_target(command: Command, moved: Detection, ray: PhraseRay, context: Context) -> TargetResult:
@@ -60,11 +62,11 @@ def resolve_target(command: Command, moved: Detection, ray: PhraseRay, context: 
         raise NotSupportedError("I cannot put things under other things.")
     point = table_point(ray, context.surface, context.evidence.view, context.weights) if ray.present else None
     if reference is None:
-        return _relative(command, moved, point, context, context.footprints[moved.id], moved.id)
+        return _relative(command, moved, point, context, moved.id)
     if is_place_word(reference) or (relation in (Relation.HERE, Relation.THERE) and is_bare(reference)):
         return _here(moved, ray, point, command, context)
     if is_table(reference) or reference.head.lower() in AREA_HEADS:
-        return _on_table(reference, moved, point, context)
+        return _on_table(command, reference, moved, point, context)
     if relation in RELATIVE:
         return _relative_to(command, reference, moved, ray, point, context)
     return _receiver(command, reference, moved, ray, point, context)
@@ -75,10 +77,14 @@ def _need_table(context: Context) -> None:
         raise NoPlaceError("I cannot see a table to put it on.")
 
 
-def _on_table(reference: Reference, moved: Detection, point: TablePoint | None, context: Context) -> TargetResult:
+def _on_table(
+    command: Command, reference: Reference, moved: Detection, point: TablePoint | None, context: Context
+) -> TargetResult:
+    """The support itself or a part of it: "on the table", "in the corner", "on the left side of the table"."""
     _need_table(context)
-    if not is_table(reference):
-        return _place(moved, area_cost(reference, context.surface, point), context, point)
+    words = area_words(reference, command.relation)
+    if words or not is_table(reference):
+        return _place(moved, area_cost(words, context.surface, point), context, point)
     if point is not None:
         return _place(moved, pointed_cost(point, context.surface), context, point)
     return _place(moved, anywhere_cost(centre_of(context.footprints[moved.id]), context.surface), context, point)
@@ -92,7 +98,7 @@ def _receiver(
     candidates = weigh(query, context)
     bare = is_bare(reference) and not reference.modifiers
     if bare:
-        if not ray.present and not reference.anaphoric:
+        if not ray.present and not is_pronoun(reference):
             containers = [c for c in candidates if c.id != NONE and _is_container(c.id, context)]
             if len(containers) != 1:
                 raise CannotGroundError("I did not see where you pointed.")
@@ -115,7 +121,10 @@ def _in_thing(
     outline = outline_of(thing, context.surface)
     pose, area = _posed(opening.centre, opening.height, outline, moved, context)
     target = GroundedTarget(TargetKind.OBJECT, thing, pose, area)
-    return TargetResult(target, choice, point)
+    primitive = command.primitive
+    if primitive is Primitive.PLACE:  # "put it here" and the finger was on a thing
+        primitive = Primitive.PUT_IN if opening.depth > HOLLOW_M * context.surface.unit else Primitive.PUT_ON
+    return TargetResult(target, choice, point, primitive=primitive)
 
 
 def _is_container(thing_id: str, context: Context) -> bool:
@@ -160,8 +169,7 @@ def _relative_to(
     """A free place with a relation to a thing (or two)."""
     candidates = weigh(Query(reference, ray, frozenset((moved.id,))), context)
     choice = settle(candidates, spoken(reference), context.weights, any_will_do=any_will_do(reference, command))
-    shape = context.footprints[choice.chosen]
-    return _relative(command, moved, point, context, shape, choice.chosen, choice.candidates)
+    return _relative(command, moved, point, context, choice.chosen, choice)
 
 
 def _relative(
@@ -169,24 +177,17 @@ def _relative(
     moved: Detection,
     point: TablePoint | None,
     context: Context,
-    shape: Polygon,
     anchor_id: str,
-    weighed: tuple[Candidate, ...] = (),
+    weighed: Choice | None = None,
 ) -> TargetResult:
     _need_table(context)
+    shape = context.footprints[anchor_id]
     second = _second(command, moved, anchor_id, context) if command.relation is Relation.BETWEEN else None
     if shape.is_empty:
         raise NoPlaceError("I cannot tell where on the table that is.")
     goal = RelationGoal(command.relation, context.surface, shape, second)
     result = _place(moved, related_cost(goal, point), context, point)
-    notes = (f"reference {anchor_id}",)
-    anchors = tuple(c for c in weighed if c.id != NONE)
-    # The places come first: they are what was chosen; the references keep their own probabilities behind them.
-    return TargetResult(result.target, result.choice, point, result.cells, notes + _reference_notes(anchors))
-
-
-def _reference_notes(anchors: tuple[Candidate, ...]) -> tuple[str, ...]:
-    return tuple(f"reference candidate {c.id} ({c.label}): {c.probability:.3f}" for c in anchors)
+    return replace(result, reference=weighed)
 
 
 def _second(command: Command, moved: Detection, first: str, context: Context) -> Polygon:

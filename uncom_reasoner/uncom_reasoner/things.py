@@ -17,7 +17,7 @@ from uncom_language.types import Primitive, Reference, Relation, Span
 from uncom_perception.types import Detection
 
 from uncom_reasoner.context import Context
-from uncom_reasoner.phrases import CONTAINER, OBJECTS, comparisons, is_bare
+from uncom_reasoner.phrases import CONTAINER, OBJECTS, comparisons, is_bare, is_pronoun
 from uncom_reasoner.pointing import PointingError, pointing_error, ray_log
 from uncom_reasoner.posterior import NONE, label_of, normalised
 from uncom_reasoner.rays import phrase_ray, phrase_span
@@ -170,7 +170,7 @@ def _compared(way: str, detection: Detection, context: Context) -> float:
 
 def _add_discourse(query: Query, context: Context, terms: dict[str, dict[str, float]]) -> None:
     memory, reference = context.memory, query.reference
-    if reference.anaphoric and memory.places:
+    if is_pronoun(reference) and memory.places:
         for thing_id, factors in terms.items():
             factors["discourse"] = context.weights.discourse * _familiar(context.thing(thing_id), memory.places, -6.0)
     elif reference.other and not query.excluded:

@@ -227,6 +227,7 @@ class Decision:
     target_ray: PhraseRay | None = None
     target_point: TablePoint | None = None
     cells: tuple[Cell, ...] = ()
+    reference: Choice | None = None  # the thing that the target's place is relative to
     outline: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     metric: bool = True
     refused: tuple[str, ...] = ()

@@ -22,20 +22,21 @@ RELATION_WORDS = {
 
 def spoken(reference: Reference) -> str:
     """Return a reference as the robot would repeat it: "the red mug", "this"."""
-    words = reference.text.strip()
-    if is_bare(reference) and not reference.modifiers:
+    words = " ".join(w for w in reference.text.split() if w not in (reference.deictic, "other"))
+    if is_bare(reference) and not reference.modifiers and not reference.other:
         return reference.deictic or words or "it"
     determiner = "the other" if reference.other else "the"
-    return f"{determiner} {words}" if words else "it"
+    return f"{determiner} {words or 'one'}"
 
 
 def described(reference: Reference | None) -> str:
     """Return a reference as the paper's caption has it (words of the speaker), "" without one."""
     if reference is None:
         return ""
-    parts = [reference.deictic if reference.deictic and reference.deictic not in reference.text.split() else "",
-             "other" if reference.other else "", reference.text]  # fmt: skip
-    return " ".join(part for part in parts if part)
+    said = reference.text.split()
+    before = [reference.deictic] if reference.deictic not in said else []
+    before += ["other"] if reference.other and "other" not in said else []
+    return " ".join(word for word in (*before, *said) if word)
 
 
 def target_text(command: Command) -> str:
@@ -64,7 +65,7 @@ def _place(command: Command, grounded: GroundedCommand) -> str:
     if target.kind is TargetKind.NONE:
         return ""
     if target.kind is TargetKind.OBJECT and target.detection is not None:
-        preposition = "in" if command.primitive in (Primitive.PUT_IN, Primitive.POUR) else "on"
+        preposition = "in" if grounded.primitive in (Primitive.PUT_IN.value, Primitive.POUR.value) else "on"
         return f"{preposition} the {label_of(target.detection)}"
     if command.relation in RELATION_WORDS and command.target is not None:
         second = f" and {spoken(command.reference2)}" if command.reference2 is not None else ""
