@@ -8,15 +8,15 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from importlib import resources
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from uncom_sim.exceptions import SceneError
+from uncom_sim.meaning import with_say
 from uncom_sim.objects import catalogue
-from uncom_sim.objects.footprint import lower_middle, outline
+from uncom_sim.placing import check_placing
 from uncom_sim.types import (
     HANDS,
     RELATIONS,
@@ -28,9 +28,8 @@ from uncom_sim.types import (
     SceneObject,
     Table,
 )
+from uncom_sim.variation import randomised
 
-OVERLAP_M2 = 2e-6
-EDGE_M = 0.01
 _SCENE_FIELDS = ("objects", "say", "point_object", "point_target", "table", "person", "meaning", "name", "description",
                  "aliases")  # fmt: skip
 _OBJECT_FIELDS = ("id", "kind", "colour", "x", "y", "yaw")
@@ -41,7 +40,7 @@ _PERSON_RANGES = {
 
 
 def load_scene(path: str | Path, say: str | None = None) -> Scene:
-    """Read a scene file (JSON); say takes the place of its sentence.
+    """Read a scene file (JSON); say takes the place of its sentence, see meaning.with_say.
 
     Raises:
         SceneError: the file is missing, is not JSON, or its scene cannot be used.
@@ -66,8 +65,13 @@ def scenario_names() -> tuple[str, ...]:
     return tuple(_scenarios())
 
 
-def load_scenario(name: str, say: str | None = None) -> Scene:
-    """Read a shipped scenario by its name or one of its aliases; say takes the place of its sentence.
+def load_scenario(name: str, say: str | None = None, seed: int = 0) -> Scene:
+    """Read a shipped scenario by its name or one of its aliases.
+
+    Args:
+        name: for example "iv" or "which_bowl".
+        say: takes the place of its sentence, see meaning.with_say.
+        seed: arranges the things, see variation.randomised; 0 leaves them as they are written.
 
     Raises:
         SceneError: there is no such scenario.
@@ -76,7 +80,8 @@ def load_scenario(name: str, say: str | None = None) -> Scene:
     wanted = name.strip().lower().replace("-", "_")
     for key, data in known.items():
         if wanted in (key, *data.get("aliases", ())):
-            return scene_from_dict(data, say=say, name=key)
+            scene = randomised(scene_from_dict(data, name=key), seed)
+            return scene if say is None else with_say(scene, say)
     listed = ", ".join(f"{key} ({', '.join(data.get('aliases', ()))})" for key, data in known.items())
     raise SceneError(f"there is no scenario {name!r}; scenarios are: {listed}")
 
@@ -92,8 +97,8 @@ def scene_from_dict(data: object, say: str | None = None, name: str = "scene") -
     """Check a scene as it comes from JSON or YAML.
 
     Args:
-        data: the mapping; see the README of the scenarios for its fields.
-        say: a sentence that takes the place of the one in data; what was meant is then no longer known.
+        data: the mapping; its fields are those of Scene and SceneObject, the table's are x, y and height.
+        say: a sentence that takes the place of the one in data, see meaning.with_say.
         name: what the scene is called when data does not say.
 
     Raises:
@@ -103,39 +108,22 @@ def scene_from_dict(data: object, say: str | None = None, name: str = "scene") -
     table = _table(scene.get("table"))
     objects = _objects(scene.get("objects"))
     check_placing(objects, table)
-    text = say if say is not None else scene.get("say")
+    text = scene.get("say", say)
     if not isinstance(text, str):
         raise SceneError('"say" must be the sentence that the person speaks')
     ids = tuple(thing.id for thing in objects)
-    return Scene(
+    made = Scene(
         objects=objects,
         say=" ".join(text.split()),
         point_object=_pointed(scene.get("point_object"), "point_object", ids, table),
         point_target=_pointed(scene.get("point_target"), "point_target", ids, table),
         table=table,
         person=_person(scene.get("person")),
-        meaning=None if say is not None else _meaning(scene.get("meaning"), ids),
+        meaning=_meaning(scene.get("meaning"), ids),
         name=str(scene.get("name", name)),
         description=str(scene.get("description", "")),
     )
-
-
-def check_placing(objects: Sequence[SceneObject], table: Table) -> None:
-    """Refuse objects that stand off the table or in one another.
-
-    Raises:
-        SceneError: names the object, or both.
-    """
-    for thing in objects:
-        if not table.contains(*lower_middle(thing), margin=EDGE_M):
-            raise SceneError(
-                f"object {thing.id!r} at ({thing.x:g}, {thing.y:g}) is not on the table: x must be between "
-                f"{table.x_min:g} and {table.x_max:g}, y between {table.y_min:g} and {table.y_max:g}"
-            )
-    outlines = [outline(thing) for thing in objects]
-    for (a, shape_a), (b, shape_b) in combinations(zip(objects, outlines, strict=True), 2):
-        if shape_a.intersection(shape_b).area > OVERLAP_M2:
-            raise SceneError(f"objects {a.id!r} and {b.id!r} overlap; move one of them")
+    return made if say is None else with_say(made, say)
 
 
 def _objects(data: object) -> tuple[SceneObject, ...]:

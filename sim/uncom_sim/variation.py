@@ -14,7 +14,7 @@ from uncom_sim.exceptions import SceneError
 from uncom_sim.objects.catalogue import model
 from uncom_sim.objects.footprint import outline
 from uncom_sim.person.placement import Onlooker, looking_robot
-from uncom_sim.scene import check_placing
+from uncom_sim.placing import check_placing
 from uncom_sim.types import Point2, Scene, SceneObject
 
 SHIFT_M = 0.06
