@@ -227,6 +227,13 @@ def test_a_place_out_of_reach_is_not_chosen():
     assert g.status is Status.FAILED
 
 
+def test_a_hand_that_stays_on_the_object_does_not_point_at_the_target():
+    things = [MOVED, Thing("bowl_1", "bowl", 0.6, 0.22), Thing("bowl_2", "bowl", 0.6, -0.2)]
+    cmd = command(reference("lemon", 0.2, 0.6, deictic="this"), reference("bowl", 0.8, 1.2))
+    g = place(cmd, things, pointing((0.55, 0.35, 0.745), (0.75, 0.4, 0.9), np.arange(0, 1, 0.1))).grounded
+    assert (g.status, g.reason) == (Status.AMBIGUOUS, "I could not tell which bowl you mean: there are two.")
+
+
 def test_a_full_table_is_said():
     """M20: a place must hold the thing."""
     crowd = [Thing(f"plate_{i}{j}", "plate", 0.57 + 0.26 * i, -0.38 + 0.25 * j) for i in range(2) for j in range(4)]

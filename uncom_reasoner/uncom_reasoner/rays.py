@@ -164,15 +164,22 @@ def phrase_span(reference: Reference) -> Span:
 def phrase_ray(
     role: str, span: Span, dwells: Sequence[Dwell], weights: Weights, others: Sequence[Span] = ()
 ) -> PhraseRay:
-    """Give a phrase its dwells; frames nearer to another phrase of the command count for that one."""
+    """Give a phrase its dwells.
+
+    Frames nearer to another phrase of the command count for that one, and so does most of a dwell that is mostly about
+    another phrase: a hand that stays on the object a little into the next words does not point at the target.
+    """
     scored = []
     for dwell in dwells:
-        weight = 0.0
+        weight = other = 0.0
         for stamp, still in zip(dwell.stamps_s, dwell.stillness, strict=True):
             mine = _in_time(stamp, span, weights)
-            theirs = max((_in_time(stamp, other, weights) for other in others), default=0.0)
-            weight += still * mine * (mine / (mine + theirs) if mine > 0.0 else 0.0)
-        scored.append((dwell, weight))
+            theirs = max((_in_time(stamp, o, weights) for o in others), default=0.0)
+            if mine + theirs > 0.0:
+                weight += still * mine**2 / (mine + theirs)
+                other += still * theirs**2 / (mine + theirs)
+        if weight > 0.0:
+            scored.append((dwell, weight * (weight / (weight + other)) ** 2))
     total = sum(weight for _, weight in scored)
     if total < weights.min_gesture_weight:
         return PhraseRay(role, span.start_s, span.end_s, (), total)
