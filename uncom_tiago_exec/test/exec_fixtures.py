@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the tests of this package share: the robot at its start pose, and objects as a head camera sees them."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from uncom_perception.types import Box, Detection, Geometry, TableSurface
+from uncom_sim.robot.description import tiago_urdf
+from uncom_tiago_exec.obstacles import upright
+from uncom_tiago_exec.robot_model import RobotModel, arm_joints, finger_joints
+from uncom_tiago_exec.types import SIDES, ManipulationTask
+
+TABLE_Z = 0.72
+CAMERA = np.array([0.22, 0.0, 1.42])
+HOME = (-1.1, 1.4679, 2.714, 1.7095, -1.5708, 1.3898, 0.0)
+
+
+@cache
+def robot() -> RobotModel:
+    return RobotModel(tiago_urdf())
+
+
+def start_positions() -> dict[str, float]:
+    positions = {"torso_lift_joint": 0.35, "head_1_joint": 0.0, "head_2_joint": -0.95}
+    for side in SIDES:
+        positions |= dict(zip(arm_joints(side), HOME, strict=True))
+        positions |= dict.fromkeys(finger_joints(side), 0.02)
+    return positions
+
+
+def table() -> TableSurface:
+    corners = np.array([[0.45, -0.5], [0.95, -0.5], [0.95, 0.5], [0.45, 0.5]])
+    polygon = np.column_stack([corners, np.full(4, TABLE_Z)])
+    return TableSurface(polygon, np.array([0.0, 0.0, 1.0]), np.zeros((0, 2)))
+
+
+def _standing(points, normals, x, y, yaw, rng):
+    """Put points (N, 3) on the table and keep those whose surface faces the camera, with 1 mm of noise."""
+    pose = upright(np.array([x, y, TABLE_Z]), yaw)
+    world = points @ pose[:3, :3].T + pose[:3, 3]
+    facing = ((CAMERA - world) * (normals @ pose[:3, :3].T)).sum(axis=1) > 0
+    return world[facing] + rng.normal(scale=0.001, size=(int(facing.sum()), 3))
+
+
+def box_cloud(x, y, yaw, size, rng, count=6000):
+    points, normals = [], []
+    areas = [(size[1] * size[2], 0), (size[0] * size[2], 1), (size[0] * size[1], 2)]
+    for area, axis in areas:
+        for sign in (-1.0, 1.0):
+            n = int(count * area / sum(a for a, _ in areas) / 2)
+            p = rng.uniform(-0.5, 0.5, (n, 3)) * size
+            p[:, axis] = sign * size[axis] / 2
+            normal = np.zeros((n, 3))
+            normal[:, axis] = sign
+            points.append(p + [0, 0, size[2] / 2])
+            normals.append(normal)
+    return _standing(np.vstack(points), np.vstack(normals), x, y, yaw, rng)
+
+
+def cylinder_cloud(x, y, radius, height, rng, count=5000):
+    angle = rng.uniform(-np.pi, np.pi, count)
+    ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(count)])
+    side = ring * radius + np.column_stack([np.zeros((count, 2)), rng.uniform(0, height, count)])
+    r = radius * np.sqrt(rng.uniform(0, 1, count // 2))
+    top = np.column_stack([r * ring[: count // 2, 0], r * ring[: count // 2, 1], np.full(count // 2, height)])
+    normals = np.vstack([ring, np.tile([0.0, 0.0, 1.0], (count // 2, 1))])
+    return _standing(np.vstack([side, top]), normals, x, y, 0.0, rng)
+
+
+def ball_cloud(x, y, radius, rng, count=4000):
+    n = rng.normal(size=(count, 3))
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    return _standing(n * radius + [0, 0, radius], n, x, y, 0.0, rng)
+
+
+def bowl_cloud(x, y, radius, height, rng, count=9000):
+    """A hemispherical-ish bowl 4 mm thick: inside and outside of a cone frustum, and its floor."""
+    t, angle = rng.uniform(0, 1, count), rng.uniform(-np.pi, np.pi, count)
+    ring = np.column_stack([np.cos(angle), np.sin(angle)])
+    clouds = []
+    for inset, sign in ((0.0, 1.0), (0.004, -1.0)):
+        r = radius * (0.5 + 0.5 * t) - inset
+        points = np.column_stack([ring * r[:, None], 0.005 + (height - 0.005) * t])
+        normal = np.column_stack([sign * ring * 0.8, np.full(count, -sign * 0.6)])
+        clouds.append((points, normal))
+    r = radius * 0.5 * np.sqrt(rng.uniform(0, 1, count // 3))
+    floor = np.column_stack([ring[: count // 3] * r[:, None], np.full(count // 3, 0.006)])
+    clouds.append((floor, np.tile([0.0, 0.0, 1.0], (count // 3, 1))))
+    cloud = _standing(np.vstack([c for c, _ in clouds]), np.vstack([n for _, n in clouds]), x, y, 0.0, rng)
+    # the near wall hides the near part of the floor and of the inside
+    offset = cloud - [x, y, TABLE_Z]
+    hidden = (
+        (offset[:, 0] < -0.3 * radius)
+        & (np.linalg.norm(offset[:, :2], axis=1) < 0.8 * radius * (0.5 + 0.5 * offset[:, 2] / height))
+        & (offset[:, 2] < 0.4 * height)
+    )
+    return cloud[~hidden]
+
+
+def detection(name, cloud):
+    pose = np.eye(4)
+    pose[:3, 3] = cloud.mean(axis=0)
+    geometry = Geometry(cloud.mean(axis=0), pose, np.ptp(cloud, axis=0), cloud.astype(np.float32))
+    return Detection(name, name, 1.0, Box(0.0, 0.0, 1.0, 1.0), np.zeros((1, 1), dtype=bool), geometry)
+
+
+def make_task(things, primitive, target=None, place=None, relation="none"):
+    """Move the first of the detections to the target's name or to a place (x, y)."""
+    pose = None if place is None else upright(np.array([place[0], place[1], TABLE_Z]), 0.0)
+    goal = next((d for d in things if d.id == target), None)
+    return ManipulationTask(
+        "u1", 0, primitive, relation, things[0], tuple(things), table(), goal, pose, things[0].label, target or ""
+    )

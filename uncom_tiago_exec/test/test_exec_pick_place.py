@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whole plans, and the engine on a robot that does what it is told."""
+
+import numpy as np
+import pytest
+from exec_fixtures import (
+    ball_cloud,
+    bowl_cloud,
+    box_cloud,
+    detection,
+    make_task,
+    robot,
+    start_positions,
+    table,
+)
+from uncom_perception.types import Scene
+from uncom_tiago_exec.config import ExecutionConfig
+from uncom_tiago_exec.engine import Engine, reversed_trajectory
+from uncom_tiago_exec.exceptions import RefusedError, StoppedError, UnreachableError
+from uncom_tiago_exec.pick_place import PickPlacePlanner
+from uncom_tiago_exec.plan import GripStep, MoveStep
+from uncom_tiago_exec.robot_interface import RobotInterface
+from uncom_tiago_exec.types import Stage
+
+CONFIG = ExecutionConfig()
+
+
+def lemon_and_bowl(rng, lemon=(0.6, 0.2)):
+    return [
+        detection("lemon", ball_cloud(*lemon, 0.027, rng)),
+        detection("bowl", bowl_cloud(0.6, -0.08, 0.08, 0.065, rng)),
+        detection("box", box_cloud(0.75, 0.2, 0.3, np.array([0.15, 0.08, 0.09]), rng)),
+    ]
+
+
+@pytest.fixture(scope="module")
+def plan():
+    task = make_task(lemon_and_bowl(np.random.default_rng(0)), "put_in", target="bowl")
+    return PickPlacePlanner(robot(), CONFIG).plan(task, start_positions())
+
+
+def test_a_plan_is_one_unbroken_motion_from_the_start_back_to_it(plan):
+    moves = [s for s in plan.steps if isinstance(s, MoveStep)]
+    home = np.array([start_positions()[n] for n in moves[0].trajectory.joint_names])
+    assert np.allclose(moves[0].trajectory.positions[0], home, atol=0.006)
+    assert np.allclose(moves[-1].trajectory.positions[-1], home, atol=1e-9)
+    for a, b in zip(moves, moves[1:], strict=False):
+        assert np.allclose(a.trajectory.positions[-1], b.trajectory.positions[0], atol=1e-6)
+
+
+def test_a_plan_keeps_the_joints_limits(plan):
+    group = robot().group(plan.side, start_positions())
+    for step in plan.steps:
+        if isinstance(step, MoveStep):
+            assert (np.abs(step.trajectory.velocities) <= np.array(group.velocity) * CONFIG.speed * 1.001).all()
+            assert (step.trajectory.positions >= np.array(group.model.lowerPositionLimit) - 1e-6).all()
+            assert (step.trajectory.positions <= np.array(group.model.upperPositionLimit) + 1e-6).all()
+
+
+def test_stages_come_in_order(plan):
+    stages = [step.stage for step in plan.steps]
+    assert stages == sorted(stages)
+    assert [s.stage for s in plan.steps if isinstance(s, GripStep) and s.holding] == [Stage.GRASPING]
+
+
+def test_a_whole_plan_is_found_quickly(plan):
+    assert plan.planning_s < 4.0
+
+
+def test_out_of_reach_is_said_before_anything_moves():
+    rng = np.random.default_rng(1)
+    far = make_task(lemon_and_bowl(rng, lemon=(1.6, 0.0)), "pick")
+    with pytest.raises(UnreachableError, match="out of reach"):
+        PickPlacePlanner(robot(), CONFIG).plan(far, start_positions())
+
+
+def test_without_a_table_nothing_is_planned():
+    task = make_task(lemon_and_bowl(np.random.default_rng(2)), "pick")
+    blind = type(task)(**{**{f: getattr(task, f) for f in task.__slots__}, "table": None})
+    with pytest.raises(RefusedError, match="do not see the table"):
+        PickPlacePlanner(robot(), CONFIG).plan(blind, start_positions())
+
+
+class ObedientRobot(RobotInterface):
+    """Joints go where they are sent; between the fingers is something `width` wide, or nothing."""
+
+    def __init__(self, scene, widths, stop_at=None):
+        self.joints = start_positions()
+        self.scene = scene
+        self.widths = list(widths)
+        self.stop_at = stop_at
+        self.moves = 0
+
+    def positions(self):
+        return dict(self.joints)
+
+    def follow(self, trajectory):
+        self.moves += 1
+        if self.stop_at == self.moves:
+            raise StoppedError("stopped on request")
+        here = np.array([self.joints[n] for n in trajectory.joint_names])
+        assert np.abs(here - trajectory.positions[0]).max() < 0.01, "a motion must start where the robot is"
+        self.joints |= dict(zip(trajectory.joint_names, trajectory.positions[-1], strict=True))
+
+    def grip(self, side, gap):
+        gap = max(gap, self.widths[0]) if gap < 0.045 else gap
+        for finger in ("left", "right"):
+            self.joints[f"gripper_{side}_{finger}_finger_joint"] = gap / 2
+        return gap
+
+    def look(self):
+        self.widths = self.widths[1:] or self.widths
+        return self.scene
+
+
+def run(widths, after=None, stop_at=None, primitive="put_in"):
+    things = lemon_and_bowl(np.random.default_rng(0))
+    moved = [detection("lemon", ball_cloud(0.6, -0.08, 0.027, np.random.default_rng(1)) + [0, 0, 0.01]), *things[1:]]
+    scene = Scene(0.0, "base_footprint", tuple(moved if after is None else after), table(), (), "test")
+    told = []
+    machine = ObedientRobot(scene, widths, stop_at)
+    engine = Engine(robot(), machine, CONFIG, told.append)
+    outcome = engine.execute(make_task(things, primitive, target="bowl"))
+    return outcome, told, machine
+
+
+def test_the_engine_goes_through_all_stages_and_ends_done():
+    outcome, told, machine = run([0.05])
+    stages = [s.stage for s in told]
+    assert outcome.success, outcome.reason
+    assert stages[-1] == Stage.DONE
+    assert stages == sorted(stages)
+    assert {Stage.PLANNING, Stage.GRASPING, Stage.LIFTING, Stage.PLACING, Stage.HOMING, Stage.VERIFYING} <= set(stages)
+    start = start_positions()
+    assert all(abs(machine.joints[n] - v) < 1e-6 for n, v in start.items() if "finger" not in n)
+
+
+def test_an_empty_grasp_is_noticed_and_tried_another_way():
+    things = lemon_and_bowl(np.random.default_rng(0))
+    outcome, told, machine = run([0.0], after=things)
+    assert not outcome.success
+    assert "closed beside the lemon" in outcome.reason
+    poses = [s.data["grasp"]["pose"] for s in told if "grasp" in s.data]
+    assert len(poses) == CONFIG.grasp_attempts
+    assert all(not np.allclose(a, b, atol=0.01) for a, b in zip(poses, poses[1:], strict=False))
+    assert all(abs(machine.joints[n] - v) < 0.01 for n, v in start_positions().items() if "finger" not in n)
+
+
+def test_a_thing_that_stays_where_it_was_is_a_failure():
+    outcome, _, _ = run([0.05], after=lemon_and_bowl(np.random.default_rng(0)))
+    assert not outcome.success
+    assert "still where it was" in outcome.reason
+
+
+def test_a_stop_ends_in_stopped_with_the_thing_in_hand():
+    outcome, told, _ = run([0.05], stop_at=5)
+    assert told[-1].stage == Stage.STOPPED
+    assert outcome.in_hand == "lemon"
+
+
+def test_what_was_never_learned_is_refused_politely():
+    outcome, told, machine = run([0.05], primitive="juggle")
+    assert not outcome.success
+    assert "not learned to juggle" in outcome.reason
+    assert machine.moves == 0
+
+
+def test_a_reversed_motion_is_the_same_motion_backwards(plan):
+    motion = next(s.trajectory for s in plan.steps if isinstance(s, MoveStep))
+    back = reversed_trajectory(motion)
+    assert back.times[0] == 0.0
+    assert np.allclose(back.positions[0], motion.positions[-1])
+    assert np.allclose(back.velocities[1], -motion.velocities[-2])
