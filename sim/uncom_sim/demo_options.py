@@ -7,10 +7,9 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from uncom_sim.meaning import meaning_of, with_say
+from uncom_sim.meaning import meaning_of
 from uncom_sim.scene import load_scenario, load_scene
 from uncom_sim.types import Scene
-from uncom_sim.variation import randomised
 
 DEFAULT_SCENARIO = "iv"
 
@@ -37,12 +36,8 @@ def prepare_scene(scenario: str, scene_file: Path | None, say: str | None, seed:
     Raises:
         SceneError: there is no such scenario, or the file cannot be used.
     """
-    scene = load_scenario(scenario) if scene_file is None else load_scene(scene_file)
-    if say is not None:
-        scene = with_say(scene, say)
     # In a file the places are the user's; there the seed draws only voice, hand and light.
-    if scene_file is None:
-        scene = randomised(scene, seed)
+    scene = load_scenario(scenario, say, seed) if scene_file is None else load_scene(scene_file, say)
     return replace(scene, meaning=meaning_of(scene))
 
 

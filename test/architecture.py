@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the source says of itself: every module of our packages with its imports."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = {
+    "uncom_common": ROOT / "uncom_common" / "uncom_common",
+    "uncom_language": ROOT / "uncom_language" / "uncom_language",
+    "uncom_perception": ROOT / "uncom_perception" / "uncom_perception",
+    "uncom_reasoner": ROOT / "uncom_reasoner" / "uncom_reasoner",
+    "uncom_tiago_exec": ROOT / "uncom_tiago_exec" / "uncom_tiago_exec",
+    "uncom_bringup": ROOT / "uncom_bringup" / "uncom_bringup",
+    "uncom_sim": ROOT / "sim" / "uncom_sim",
+}
+
+
+@dataclass(frozen=True)
+class Module:
+    """One source file and the modules it imports, wherever in the file."""
+
+    package: str
+    path: Path
+    imports: frozenset[str]
+
+    @property
+    def name(self) -> str:
+        return str(self.path.relative_to(ROOT))
+
+    def imports_any(self, *roots: str) -> set[str]:
+        return {name for name in self.imports if name.split(".")[0] in roots}
+
+
+def modules() -> Iterator[Module]:
+    for package, folder in PACKAGES.items():
+        for path in sorted(folder.rglob("*.py")):
+            yield Module(package, path, frozenset(_imports(ast.parse(path.read_text(encoding="utf-8")))))
+
+
+def _imports(tree: ast.AST) -> Iterator[str]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif (
+            isinstance(node, ast.Call)
+            and isinstance(node.func, ast.Attribute)
+            and node.func.attr == "import_module"
+            and node.args
+            and isinstance(node.args[0], ast.Constant)
+        ):
+            yield str(node.args[0].value)

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command line as a user meets it: help, bad input in one line, exit status, JSON and nothing else."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from uncom_bringup import cli
+
+TIMEOUT_S = 120
+
+
+def uncom(*arguments: str, stdin: str = "") -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "uncom_bringup.cli", *arguments],
+        input=stdin,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT_S,
+        check=False,
+    )
+
+
+def test_help_names_every_command_and_is_quick():
+    result = uncom("--help")
+    assert result.returncode == 0
+    assert all(f"    {name} " in result.stdout for name in cli.COMMANDS)
+
+
+@pytest.mark.parametrize("command", cli.COMMANDS)
+def test_every_command_has_help(command, capsys):
+    with pytest.raises(SystemExit) as stop:
+        cli.build_parser().parse_args([command, "--help"])
+    assert stop.value.code == 0
+    assert command in capsys.readouterr().out
+
+
+def test_the_command_line_starts_without_the_heavy_libraries():
+    code = (
+        "import sys; from uncom_bringup import cli; cli.build_parser(); "
+        "print(sorted({'rclpy', 'cv2', 'numpy', 'mediapipe', 'pybullet', 'pinocchio'} & set(sys.modules)))"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert result.stdout.strip() == "[]"
+
+
+def test_the_version_is_that_of_the_package():
+    assert uncom("--version").stdout == uncom("version").stdout
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """Files of every wrong sort, by the names that BAD uses."""
+    folder = tmp_path_factory.mktemp("bad")
+    lemon = '{"kind": "lemon", "x": 0.6, "y": 0}'
+    contents = {
+        "text": ("notes.txt", b"no picture, no sound, no bag"),
+        "empty": ("empty.wav", b""),
+        "teapot": ("teapot.json", b'{"objects": [{"kind": "teapot", "x": 0.6, "y": 0}], "say": "x"}'),
+        "broken": ("broken.json", b"{"),
+        "overlap": ("overlap.json", f'{{"objects": [{lemon}, {lemon}], "say": "take the lemon"}}'.encode()),
+        "damaged": ("damaged.mcap", b"\x89MCAP0\r\n" + bytes(range(200))),
+    }
+    paths = {"folder": str(folder), "none": str(folder / "none"), "out": str(folder / "out")}
+    for name, (file, data) in contents.items():
+        (folder / file).write_bytes(data)
+        paths[name] = str(folder / file)
+    return paths
+
+
+BAD = {
+    "unknown command": "dance",
+    "unknown option": "parse --loudly",
+    "sound that is not there": "transcribe {none}.wav",
+    "sound that is empty": "transcribe {empty}",
+    "sound that is text": "transcribe {text} --json",
+    "picture that is text": "point {text} --json",
+    "picture that is a folder": "point {folder}",
+    "depth without camera": "detect {text} mug --depth {text}",
+    "detect in text": "detect {text} mug",
+    "unknown scenario": "demo --scenario xii --json --out {out}",
+    "unknown kind": "demo --scene {teapot} --out {out}",
+    "broken scene": "demo --scene {broken} --out {out}",
+    "overlapping objects": "demo --scene {overlap} --json --out {out}",
+    "scene that is not there": "demo --scene {none}.json --out {out}",
+    "scenario and scene": "demo --scenario i --scene {teapot} --out {out}",
+    "seed that is no number": "demo --seed many --out {out}",
+    "folder that holds something": "demo --out {folder}",
+    "bag that is not there": "replay {none}.mcap",
+    "bag that is damaged": "replay {damaged}",
+    "bag that is text": "replay {text}",
+    "rate of zero": "replay {damaged} --rate 0",
+    "record over something": "record {damaged}",
+    "record without suffix": "record {none}",
+    "understand what is not there": "understand {none}.mcap --out {out}",
+    "understand text": "understand {text} --out {out}",
+    "unknown benchmark": "bench luck",
+    "scenario on the robot": "up --robot --scenario i",
+    "unknown folder to test": "test uncom_magic",
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_clear_line_and_status_2(case, files):
+    result = uncom(*(word.format(**files) for word in BAD[case].split()))
+    assert result.returncode == 2
+    assert result.stdout == ""
+    lines = result.stderr.strip().splitlines()
+    assert len(lines) == 1, result.stderr
+    assert lines[0].startswith("uncom")
+    assert "Traceback" not in result.stderr
+
+
+def test_no_command_shows_the_help_and_is_bad_use():
+    result = uncom()
+    assert result.returncode == 2
+    assert "demo" in result.stderr
+
+
+def test_parse_answers_one_json_object_a_line():
+    result = uncom("parse", "--json", stdin="take the lemon and put it in this bowl\n\nhello there\n")
+    assert result.returncode == 0
+    first, second = (json.loads(line) for line in result.stdout.splitlines())
+    assert first["commands"][0]["object"]["text"] == "lemon"
+    assert first["commands"][0]["relation"] == "in"
+    assert second["act"].lower() == "refused"
+    assert second["reason"]
+
+
+def test_bare_words_are_one_sentence():
+    words = uncom("parse", "--json", "take", "the", "lemon")
+    quoted = uncom("parse", "--json", "take the lemon")
+    assert words.stdout == quoted.stdout
+
+
+def test_doctor_answers_json_and_finds_what_this_environment_has():
+    result = uncom("doctor", "--json")
+    findings = json.loads(result.stdout)
+    assert findings["findings"]["rclpy"]["good"]
+    assert result.returncode == (0 if findings["ready"] else 1)
