@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Counts what the robot touches and should not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pybullet
+
+_APART_S = 0.25  # touches closer together than this are one
+
+
+class ContactCounter:
+    """Counts touches of the table and of bystanders: things that the robot never held between two fingers."""
+
+    def __init__(
+        self, client: int, robot: int, table: int, objects: Mapping[str, int], fingers: Mapping[int, int]
+    ) -> None:
+        """Watch a robot body; `fingers` names the gripper (any number) of each finger link."""
+        self._client = client
+        self._robot = robot
+        self._table = table
+        self._names = {body: name for name, body in objects.items()}
+        self._fingers = dict(fingers)
+        self._last: dict[int, float] = {}
+        self._touches: dict[int, int] = {}
+        self._held: set[int] = set()
+
+    def update(self, time_s: float) -> None:
+        """Look at the contacts of the physics step just made."""
+        grips: dict[tuple[int, int], set[int]] = {}
+        touched = set()
+        for contact in pybullet.getContactPoints(self._robot, physicsClientId=self._client):
+            link, other = (contact[3], contact[2]) if contact[1] == self._robot else (contact[4], contact[1])
+            if contact[8] > 0.0 or (other != self._table and other not in self._names):
+                continue
+            touched.add(other)
+            if link in self._fingers:
+                grips.setdefault((other, self._fingers[link]), set()).add(link)
+        for (other, _), links in grips.items():
+            if len(links) > 1:
+                self._held.add(other)
+        for other in touched:
+            if time_s - self._last.get(other, -1e9) > _APART_S:
+                self._touches[other] = self._touches.get(other, 0) + 1
+            self._last[other] = time_s
+
+    @property
+    def table(self) -> int:
+        """How many times the robot touched the table."""
+        return self._touches.get(self._table, 0)
+
+    @property
+    def bystanders(self) -> int:
+        """How many times the robot touched things that it never held."""
+        return sum(n for body, n in self._touches.items() if body != self._table and body not in self._held)
+
+    @property
+    def held(self) -> frozenset[str]:
+        """Ids of the things that were between two fingers at some time."""
+        return frozenset(self._names[body] for body in self._held if body in self._names)

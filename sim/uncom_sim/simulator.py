@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One simulated room with its robot and person, in steps of 1/240 s.
+
+The same commands at the same times give the same pictures, sounds and physics.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+import pybullet
+from uncom_common.camera import PinholeCamera
+from uncom_common.transforms import FloatArray, StampedTransform, matrix_from_pose
+
+from uncom_sim.camera.noise import CameraNoise, NoisyCamera
+from uncom_sim.camera.tiny_renderer import render
+from uncom_sim.camera.views import HEAD_CAMERA, look_at, overview_camera
+from uncom_sim.contacts import ContactCounter
+from uncom_sim.controllers.diff_drive import DiffDrive
+from uncom_sim.controllers.joint_trajectory import TrajectoryController
+from uncom_sim.controllers.robot_controllers import TRAJECTORY_CONTROLLERS
+from uncom_sim.microphone import Microphone
+from uncom_sim.robot.description import CAMERA_FRAME
+from uncom_sim.robot.names import ACTUATED, FINGERS, WHEELS
+from uncom_sim.robot.robot import TIME_STEP_S, Robot, RobotOptions
+from uncom_sim.types import ObjectState, Scene
+from uncom_sim.world import World
+
+_CONTACT_EVERY = 4  # steps
+_SOLVER_ITERATIONS = 50
+
+Image = npt.NDArray[np.uint8]
+DepthImage = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatorOptions:
+    """What may differ between runs of one scene and seed."""
+
+    robot: RobotOptions = field(default_factory=RobotOptions)
+    noise: CameraNoise = field(default_factory=CameraNoise)
+    start_time_s: float = 10.0
+    overview_size: tuple[int, int] = (640, 480)
+    shadows: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class JointState:
+    """All joints of the robot: positions [rad or m], velocities [/s], efforts [N m or N]."""
+
+    names: tuple[str, ...]
+    positions: FloatArray
+    velocities: FloatArray
+    efforts: FloatArray
+
+
+class Simulator:
+    """Owns a PyBullet client with the world and the robot in it. Not thread safe: one thread does everything."""
+
+    def __init__(self, scene: Scene, seed: int = 0, options: SimulatorOptions | None = None) -> None:
+        """Build the scene and let it come to rest.
+
+        Raises:
+            SimError: the robot's model is missing, or a shape of the scene cannot be made.
+        """
+        self.options = options or SimulatorOptions()
+        self.client: int = pybullet.connect(pybullet.DIRECT)
+        pybullet.setTimeStep(TIME_STEP_S, physicsClientId=self.client)
+        pybullet.setPhysicsEngineParameter(
+            numSolverIterations=_SOLVER_ITERATIONS,
+            deterministicOverlappingPairs=1,
+            physicsClientId=self.client,
+        )
+        try:
+            self.world = World(self.client, scene, seed)
+            self.robot = Robot(self.client, self.options.robot)
+            self.world.settle()
+            self.robot.update()
+        except Exception:
+            self.close()
+            raise
+        self.controllers = {
+            config.name: TrajectoryController(config, self.joint_positions(config.joints))
+            for config in TRAJECTORY_CONTROLLERS
+        }
+        self.base = DiffDrive()
+        self.microphone = Microphone(self.world.person.samples, self.options.start_time_s, seed)
+        self._camera = NoisyCamera(self.options.noise, seed)
+        self._steps = 0
+        self._person_start_s: float | None = None
+        links = self.robot.links
+        fingers = {links[j.replace("_joint", "_link")]: i for i, side in enumerate(FINGERS) for j in FINGERS[side]}
+        self.contacts = ContactCounter(
+            self.client, self.robot.body, self.world.table_body, self.world.object_bodies, fingers
+        )
+        table = scene.table
+        self._overview = look_at((table.x_max + 1.05, 1.5, 1.75), (0.45, -0.05, 0.78))
+
+    def close(self) -> None:
+        """End the simulation and free what PyBullet holds."""
+        if self.client >= 0:
+            pybullet.disconnect(physicsClientId=self.client)
+            self.client = -1
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time [s]."""
+        return self.options.start_time_s + self._steps * TIME_STEP_S
+
+    @property
+    def steps(self) -> int:
+        """Physics steps since the start."""
+        return self._steps
+
+    def step(self) -> None:
+        """Advance by 1/240 s."""
+        now = self.time_s
+        for controller in self.controllers.values():
+            joints = controller.config.joints
+            point = controller.update(now, self.joint_positions(joints), self.joint_velocities(joints))
+            self.robot.set_targets(
+                dict(zip(joints, point.positions.tolist(), strict=True)),
+                dict(zip(joints, point.velocities.tolist(), strict=True)),
+            )
+        self.robot.set_base_velocity(*self.base.update(now, TIME_STEP_S))
+        self.robot.apply()
+        pybullet.stepSimulation(physicsClientId=self.client)
+        self.robot.update()
+        self.base.integrate(*self.robot.base_twist(), TIME_STEP_S)
+        self._steps += 1
+        if self._steps % _CONTACT_EVERY == 0:
+            self.contacts.update(self.time_s)
+
+    def start_person(self) -> None:
+        """Let the person speak, point and leave, from now on; a second call starts them again."""
+        self._person_start_s = self.time_s
+        self.microphone.speak(self.time_s)
+
+    @property
+    def person_present(self) -> bool:
+        """Whether the person is speaking or pointing now."""
+        return self._person_start_s is not None and not self.person_done
+
+    @property
+    def person_done(self) -> bool:
+        """Whether the person has spoken, pointed and left."""
+        if self._person_start_s is None:
+            return False
+        return self.time_s - self._person_start_s > self.world.person.duration_s
+
+    def render_camera(self) -> tuple[Image, DepthImage]:
+        """Return what the head camera sees now: rgb (480, 640, 3) and depth (480, 640) [m], NaN where unknown."""
+        rgb, depth = self._render(HEAD_CAMERA, self.robot.frame(CAMERA_FRAME))
+        return self._camera.expose(rgb, self._steps), self._camera.measure(depth, self._steps)
+
+    def render_overview(self) -> Image:
+        """Return what a bystander sees now (H, W, 3)."""
+        return self._render(overview_camera(*self.options.overview_size), self._overview)[0]
+
+    def _render(self, camera: PinholeCamera, pose: FloatArray) -> tuple[Image, DepthImage]:
+        start = self._person_start_s
+        self.world.update_person(None if start is None or self.person_done else self.time_s - start)
+        return render(self.client, camera, pose, self.world.light, shadow=self.options.shadows)
+
+    def object_states(self) -> tuple[ObjectState, ...]:
+        """Return the truth about every object, for scoring."""
+        return self.world.object_states()
+
+    def joint_state(self) -> JointState:
+        """Return the state of every joint that moves, the wheels among them."""
+        readings, odometry = self.robot.readings, self.base.odometry
+        spin = 0.5 * odometry.angular * self.base.config.wheel_separation_m
+        rolling = np.array([odometry.linear - spin, odometry.linear + spin]) / self.base.config.wheel_radius_m
+        return JointState(
+            (*ACTUATED, *WHEELS),
+            np.concatenate([readings.position, odometry.wheels]),
+            np.concatenate([readings.velocity, rolling]),
+            np.concatenate([readings.effort, np.zeros(2)]),
+        )
+
+    def moving_transforms(self) -> list[StampedTransform]:
+        """Return each moving joint's transform, and odom -> base_footprint as the wheels tell it."""
+        state, now = self.joint_state(), self.time_s
+        positions = dict(zip(state.names, state.positions.tolist(), strict=True))
+        joints = [joint for joint in self.robot.kinematics.joints.values() if joint.moves]
+        transforms = [
+            StampedTransform(now, joint.parent, joint.child, joint.transform(positions.get(joint.name, 0.0)))
+            for joint in joints
+        ]
+        o = self.base.odometry
+        pose = matrix_from_pose((o.x, o.y, 0.0), (0.0, 0.0, np.sin(o.yaw / 2), np.cos(o.yaw / 2)))
+        return [*transforms, StampedTransform(now, "odom", "base_footprint", pose)]
+
+    def fixed_transforms(self) -> list[StampedTransform]:
+        """Return the transforms of the joints that do not move."""
+        joints = [joint for joint in self.robot.kinematics.joints.values() if not joint.moves]
+        return [StampedTransform(self.time_s, joint.parent, joint.child, joint.origin) for joint in joints]
+
+    def joint_positions(self, joints: tuple[str, ...]) -> FloatArray:
+        """Return the positions [rad or m] of actuated joints."""
+        return self.robot.readings.position[self._indices(joints)]
+
+    def joint_velocities(self, joints: tuple[str, ...]) -> FloatArray:
+        """Return the velocities [rad/s or m/s] of actuated joints."""
+        return self.robot.readings.velocity[self._indices(joints)]
+
+    @staticmethod
+    def _indices(joints: tuple[str, ...]) -> list[int]:
+        return [ACTUATED.index(joint) for joint in joints]
