@@ -111,7 +111,8 @@ def _goal_reached(
     return _beside(thing, target, goal.relation, table)
 
 
-def _inside(thing: ObjectState, target: ObjectState) -> tuple[bool, str]:
+def _inside(thing: ObjectState, target: ObjectState, over_rim_m: float = -0.003) -> tuple[bool, str]:
+    """Within the opening, and its underside no more than over_rim_m above the rim: not lying across it."""
     opening = model(target.kind, target.colour).opening
     if opening is None:
         return _on_top(thing, target)
@@ -121,7 +122,7 @@ def _inside(thing: ObjectState, target: ObjectState) -> tuple[bool, str]:
     away = float(np.hypot(place[0] - opening.centre[0], place[1] - opening.centre[1]))
     half = float(np.min(thing.size)) / 2.0
     above = float(place[2]) - half - opening.rim_z
-    if away > opening.radius or above > 0.035:
+    if away > opening.radius or above > over_rim_m:
         return False, f"{thing.id} is not in {target.id}: {away:.2f} m from its middle"
     return True, f"{thing.id} is in {target.id}"
 
@@ -129,7 +130,7 @@ def _inside(thing: ObjectState, target: ObjectState) -> tuple[bool, str]:
 def _on_top(thing: ObjectState, target: ObjectState) -> tuple[bool, str]:
     shape = model(target.kind, target.colour)
     if shape.opening is not None:
-        held, reason = _inside(thing, target)
+        held, reason = _inside(thing, target, over_rim_m=0.03)
         return held, reason.replace(" in ", " on ")
     half = _half_height(thing)
     rests_at = float(thing.position[2]) - half

@@ -70,21 +70,21 @@ def apple(colour: Rgb) -> Model:
 
 
 def lemon(colour: Rgb) -> Model:
-    """Lie on its side: 7.6 cm long with its two nubs, 5.4 cm thick, 110 g."""
-    points = [(0.0, -0.038), (0.005, -0.037), (0.008, -0.033), (0.0155, -0.0275), (0.0235, -0.016), (0.027, 0.0)]
-    points += [(0.0235, 0.016), (0.0155, 0.0265), (0.0075, 0.031), (0.0055, 0.034), (0.0, 0.0355)]
-    turn = np.array([[0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 0.027], [0, 0, 0, 1.0]])
+    """Lie on its side: 6.7 cm long with its two nubs, 5.1 cm thick, 100 g."""
+    r = 0.0255
+    points = [(0.0, -0.0345), (0.0048, -0.0335), (0.0075, -0.0298), (0.0145, -0.0248), (0.0221, -0.0145), (r, 0.0)]
+    points += [(0.0221, 0.0145), (0.0145, 0.0240), (0.0070, 0.0280), (0.0052, 0.0308), (0.0, 0.0325)]
+    turn = np.array([[0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, r], [0, 0, 0, 1.0]])
     body = revolve(smooth_profile(points, 26), 28)
     body.apply_transform(turn)
     skin = paint(
         body,
         ramp_tile([(0.0, mixed(colour, COLOURS["green"], 0.35)), (0.08, colour), (1.0, colour)]),
-        lambda v, _: np.column_stack([(v[:, 0] + 0.038) / 0.0735, np.full(len(v), 0.5)]),
+        lambda v, _: np.column_stack([(v[:, 0] + 0.0345) / 0.067, np.full(len(v), 0.5)]),
         crease_deg=80,
     )
-    hull = turned_hull([(0.005, -0.0365), (0.0155, -0.0275), (0.0235, -0.016), (0.027, 0.0), (0.0235, 0.016),
-                        (0.0155, 0.0265), (0.005, 0.034)], 14)  # fmt: skip
-    return assemble([skin], [hull @ turn[:3, :3].T + turn[:3, 3]], 0.11, FRUIT)
+    hull = turned_hull([(0.0048, -0.0335), *points[3:8], (0.0052, 0.0308)], 14)
+    return assemble([skin], [hull @ turn[:3, :3].T + turn[:3, 3]], 0.10, FRUIT)
 
 
 def orange(colour: Rgb) -> Model:

@@ -24,12 +24,12 @@ METAL = Contact(friction=0.6, spinning=0.002)
 
 
 def bowl(colour: Rgb) -> Model:
-    """17 cm across, 6.4 cm high, 350 g."""
-    outer = [(0.036, 0.0), (0.041, 0.005), (0.062, 0.022), (0.077, 0.042), (0.085, 0.0625)]
-    inner = [(0.034, 0.0095), (0.039, 0.0105), (0.058, 0.025), (0.0725, 0.044), (0.0805, 0.0625)]
+    """18.4 cm across, 6.6 cm high, 400 g."""
+    outer = [(0.040, 0.0), (0.045, 0.005), (0.068, 0.023), (0.084, 0.044), (0.092, 0.0645)]
+    inner = [(0.038, 0.0095), (0.043, 0.0105), (0.064, 0.026), (0.0795, 0.046), (0.0875, 0.0645)]
     skin = paint(_vessel(smooth_profile(outer[1:], 9), smooth_profile(inner[1:], 9), outer[0], 0.0095), colour)
-    hulls = [*ring_hulls(inner[1:], outer[1:], 18), disc_hull(0.039, 0.0, 0.0095, 18)]
-    return assemble([skin], hulls, 0.35, CERAMIC, Opening((0.0, 0.0), 0.0805, 0.0095, 0.0635))
+    hulls = [*ring_hulls(inner[1:], outer[1:], 18), disc_hull(0.043, 0.0, 0.0095, 18)]
+    return assemble([skin], hulls, 0.40, CERAMIC, Opening((0.0, 0.0), 0.0875, 0.0095, 0.0655))
 
 
 def mug(colour: Rgb) -> Model:
