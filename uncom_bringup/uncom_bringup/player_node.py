@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -119,7 +119,7 @@ def replay(path: Path, *, rate: float, loop: bool, clock: bool, topics: Collecti
             output.note(f"replaying {bag.duration_s:.1f} s, {len(names)} topics, at rate {rate:g}")
             _wait_for_discovery(node)
             while True:
-                count = _play_once(bag, node, rate, names)
+                count = play(bag, node, rate, names)
                 output.note(f"{count} messages replayed")
                 if not loop:
                     break
@@ -137,7 +137,18 @@ def _wait_for_discovery(node: Node, seconds: float = 1.0) -> None:
     node.get_logger().debug("discovery time is over")
 
 
-def _play_once(bag: BagReader, node: PlayerNode, rate: float, names: Collection[str]) -> int:
+def play(
+    bag: BagReader,
+    node: PlayerNode,
+    rate: float,
+    names: Collection[str],
+    watch: Callable[[], None] = lambda: None,
+) -> int:
+    """Publish a bag once, at its own pace times `rate`; `watch` is called while waiting. Returns how many messages.
+
+    Raises:
+        BagError: the bag is damaged from its first message on.
+    """
     begin = time.monotonic()
     start_ns = bag.start_ns
     count = 0
@@ -149,6 +160,7 @@ def _play_once(bag: BagReader, node: PlayerNode, rate: float, names: Collection[
                 break
             # In simulated time the clock goes on between messages, too.
             node.tell_time(start_ns + int(1e9 * rate * (time.monotonic() - begin)))
+            watch()
             time.sleep(min(ahead_s, 0.005))
         node.tell_time(message.time_ns)
         node.publish(message)

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`uncom understand`: a recorded bag to grounded commands, picture and report."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from uncom_bringup import output
+from uncom_bringup.commands.common import SubParsers, add_json, output_folder, positive_float
+from uncom_bringup.exceptions import BadInputError
+
+_VIDEO = (".mp4", ".mkv", ".mov", ".avi", ".webm")
+
+
+def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
+    """Add the command."""
+    parser = subparsers.add_parser(
+        "understand",
+        help="recorded bag -> grounded command, annotated picture, report",
+        description="Play a bag to all nodes but the one that moves, and tell what was understood.",
+    )
+    parser.add_argument("file", metavar="FILE", help="ROS 2 bag with /audio and the head camera's images")
+    parser.add_argument("--rate", type=positive_float, default=1.0, metavar="R", help="speed of replay (default: 1)")
+    parser.add_argument("--out", metavar="DIR", help="where to leave the report (default: a new folder)")
+    parser.add_argument("--force", action="store_true", help="write into --out though it holds something")
+    parser.add_argument("--params-file", action="append", default=[], metavar="YAML", help="node parameters over ours")
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Understand one recording; 1 if no command was grounded."""
+    path = Path(options.file)
+    if not path.exists():
+        raise BadInputError(f"{path} does not exist")
+    if path.suffix.lower() in _VIDEO:
+        raise BadInputError(f"{path}: plain video comes with a later version; give a ROS 2 bag")
+    from uncom_bringup import understand_node  # noqa: PLC0415  (only when it runs)
+    from uncom_bringup.bag_reader import BagReader  # noqa: PLC0415
+
+    with BagReader(path) as bag:
+        understand_node.check_bag(bag)
+        folder = output_folder(options.out, path.stem, options.force)
+        say = output.note if options.json else output.emit
+        files = [Path(name) for name in options.params_file]
+        result = understand_node.understand(bag, folder, rate=options.rate, parameter_files=files, say=say)
+    if options.json:
+        output.emit_json(result)
+    else:
+        say(f"{'report':<12}{result['artifacts']['report']}")
+        if not result["success"]:
+            say(f"FAILED: {result['reason']}")
+    return 0 if result["success"] else 1
