@@ -90,7 +90,9 @@ def _finger_depth(pixels: FloatArray, depth: DepthImage, radius: float) -> tuple
     z = np.full(len(pixels), np.nan)
     spreads = []
     for i, (u, v) in enumerate(np.round(pixels).astype(int)):
-        patch = depth[max(0, v - r) : v + r + 1, max(0, u - r) : u + r + 1] if 0 <= u < width and 0 <= v < height else None
+        patch = (
+            depth[max(0, v - r) : v + r + 1, max(0, u - r) : u + r + 1] if 0 <= u < width and 0 <= v < height else None
+        )
         if patch is None:
             continue
         values = patch[np.isfinite(patch) & (patch > 0.0)]
@@ -119,4 +121,3 @@ def _robust_line(x: FloatArray, y: FloatArray) -> tuple[float, float, float] | N
     slope, base = np.polyfit(x[agree], y[agree], 1)
     rms = float(np.sqrt(np.mean((y[agree] - base - slope * x[agree]) ** 2)))
     return float(base), float(slope), 2.0 * rms / math.sqrt(agree.sum())
-

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the nodes: each field is one, its default is typed here and nowhere else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from uncom_common.exceptions import InvalidConfigError
+
+
+@dataclass(frozen=True)
+class GestureConfig:
+    """Parameters of gesture_node."""
+
+    backend: str = field(default="mediapipe", metadata={"description": "hand detector: mediapipe"})
+    styles: tuple[str, ...] = field(
+        default=("index", "two_fingers"), metadata={"description": "pointing styles: index, two_fingers"}
+    )
+    min_detection_confidence: float = field(default=0.3, metadata={"description": "of the palm detector, 0 to 1"})
+    min_evidence: float = field(default=0.4, metadata={"description": "how sure pointing has to be, 0 to 1"})
+    keep_s: float = field(default=0.7, metadata={"description": "after a hand was seen, look again for so long [s]"})
+    queue_size: int = field(default=8, metadata={"description": "images that may wait; the oldest is dropped"})
+    depth_wait_s: float = field(default=0.15, metadata={"description": "wait so long for an image's depth [s]"})
+    use_depth: bool = field(default=True, metadata={"description": "make rays metric by registered depth"})
+    reliable_images: bool = field(default=True, metadata={"description": "reliable instead of best-effort images"})
+
+    def __post_init__(self) -> None:
+        """Reject values that cannot work."""
+        for name in ("min_detection_confidence", "min_evidence"):
+            if not 0.0 < getattr(self, name) < 1.0:
+                raise InvalidConfigError(name, getattr(self, name), "must lie between 0 and 1")
+        if self.queue_size < 1:
+            raise InvalidConfigError("queue_size", self.queue_size, "must be at least 1")
+
+
+@dataclass(frozen=True)
+class DetectionConfig:
+    """Parameters of detection_node."""
+
+    backend: str = field(default="tabletop", metadata={"description": "object detector: tabletop"})
+    segmentation: str = field(default="cluster", metadata={"description": "segmentation: cluster"})
+    depth_backend: str = field(default="none", metadata={"description": "depth of plain images: none"})
+    lexicon: str = field(default="", metadata={"description": "YAML file with more words for things"})

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Node that reads hands and pointing rays from camera images and publishes /uncom/hands for every image."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import CameraInfo, Image
+from uncom_common.camera import PinholeCamera
+from uncom_common.configured_node import ConfiguredNode, run_node
+from uncom_common.conversions import camera_from_msg, depth_from_msg, rgb_from_msg, seconds_from_msg
+from uncom_common.exceptions import UncomError
+
+from uncom_interfaces.msg import Hands
+from uncom_perception.config import GestureConfig
+from uncom_perception.conversions import hands_to_msg
+from uncom_perception.frames import FrameQueue
+from uncom_perception.hands.backends import make_gesture_reader
+
+_CAMERA = "/head_front_camera"
+
+
+class GestureNode(ConfiguredNode[GestureConfig]):
+    """Callbacks only put images into a queue; one worker thread reads them in order."""
+
+    def __init__(self, **node_options: Any) -> None:
+        """Load the back end, subscribe, start the worker."""
+        super().__init__("gesture_node", GestureConfig, **node_options)
+        self._reader = make_gesture_reader(self.config)
+        self._camera: PinholeCamera | None = None
+        self._queue = FrameQueue(self.config.queue_size, self.config.depth_wait_s if self.config.use_depth else 0.0)
+        self._publisher = self.create_publisher(Hands, "/uncom/hands", 50)
+        reliability = ReliabilityPolicy.RELIABLE if self.config.reliable_images else ReliabilityPolicy.BEST_EFFORT
+        qos = QoSProfile(depth=10, reliability=reliability)
+        self.create_subscription(CameraInfo, f"{_CAMERA}/rgb/camera_info", self._on_info, qos)
+        self.create_subscription(Image, f"{_CAMERA}/rgb/image_raw", self._on_image, qos)
+        if self.config.use_depth:
+            self.create_subscription(Image, f"{_CAMERA}/depth_registered/image_raw", self._on_depth, qos)
+        self._worker = threading.Thread(target=self._work, name="gesture", daemon=True)
+        self._worker.start()
+        self.get_logger().info(f"hands by {self._reader.name}; pointing styles {', '.join(self.config.styles)}")
+
+    def destroy_node(self) -> None:
+        """Stop the worker, then the node."""
+        self._queue.close()
+        self._worker.join(timeout=5.0)
+        super().destroy_node()
+
+    def _on_info(self, msg: CameraInfo) -> None:
+        self._camera = camera_from_msg(msg)
+
+    def _on_image(self, msg: Image) -> None:
+        self._queue.add_image(_key(msg), msg)
+
+    def _on_depth(self, msg: Image) -> None:
+        self._queue.add_depth(_key(msg), msg)
+
+    def _work(self) -> None:
+        while (frame := self._queue.take()) is not None:
+            image, depth = frame
+            try:
+                hands = self._reader.read(
+                    rgb_from_msg(image),
+                    seconds_from_msg(image.header.stamp),
+                    image.header.frame_id,
+                    depth_from_msg(depth) if depth is not None else None,
+                    self._camera,
+                )
+            except UncomError as error:
+                self.get_logger().error(str(error), throttle_duration_sec=5.0)
+                continue
+            msg = hands_to_msg(hands)
+            msg.header.stamp = image.header.stamp  # exactly, not through a float
+            self._publisher.publish(msg)
+
+
+def _key(msg: Image) -> int:
+    return int(msg.header.stamp.sec) * 1_000_000_000 + int(msg.header.stamp.nanosec)
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run the node."""
+
+    def make() -> Node:
+        return GestureNode()
+
+    sys.exit(run_node(make, args))
+
+
+if __name__ == "__main__":
+    main()

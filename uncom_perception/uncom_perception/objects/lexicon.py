@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Words for things, described by what can be measured; see lexicon.yaml."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from uncom_perception.exceptions import InvalidLexiconError
+from uncom_perception.objects.colour import COLOUR_NAMES, colour_probability
+from uncom_perception.objects.shape import Shape
+
+#: What measures of household things range over; how special a range is, is its share of this (on a log scale if > 0).
+_BOUNDS: dict[str, tuple[float, float]] = {
+    "length": (0.03, 0.4),
+    "width": (0.01, 0.3),
+    "height": (0.004, 0.4),
+    "elongation": (1.0, 8.0),
+    "flatness": (0.03, 4.0),
+    "roundness": (0.0, 1.0),
+    "rectangularity": (0.6, 1.0),
+    "hollowness": (0.0, 1.0),
+    "cavity": (0.0, 1.0),
+    "handle": (0.0, 0.2),
+    "curvature": (0.0, 0.3),
+    "flat_top": (0.0, 1.0),
+    "neck": (0.1, 2.0),
+    "taper": (0.3, 2.5),
+}
+_ABSOLUTE_SOFTNESS = {"handle": 0.008, "curvature": 0.03, "hollowness": 0.08, "cavity": 0.15, "roundness": 0.07}
+_FLOOR = 0.02  # a measure far outside its range counts against a word, but does not rule it out: it may be hidden
+_COLOUR_FLOOR = 0.12
+_COLOUR_MASS = 0.25
+_MIN_MASS = 0.15
+
+
+@dataclass(frozen=True, slots=True)
+class Noun:
+    """What one word for a thing means."""
+
+    name: str
+    aliases: tuple[str, ...] = ()
+    is_a: tuple[str, ...] = ()
+    colours: Mapping[str, float] = field(default_factory=dict)
+    shape: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    def log_likelihood(self, shape: Shape | None, colours: Mapping[str, float]) -> float:
+        """Return log P(measures | this thing) / P(measures | any thing)."""
+        total = 0.0
+        if shape is not None:
+            for name, (low, high) in self.shape.items():
+                fit = max(_soft_range(name, getattr(shape, name), low, high), _FLOOR)
+                total += math.log(fit) - math.log(_mass(name, low, high))
+        if self.colours:
+            shares = dict(colours)
+            fit = max((w * colour_probability(shares, c) for c, w in self.colours.items()), default=0.0)
+            mass = max(_COLOUR_MASS, sum(self.colours.values()) / len(COLOUR_NAMES))
+            total += math.log(max(fit, _COLOUR_FLOOR)) - math.log(mass)
+        return total
+
+
+@dataclass(frozen=True, slots=True)
+class ThingClass:
+    """A word for a kind of things; fits everything if all_things."""
+
+    name: str
+    aliases: tuple[str, ...] = ()
+    all_things: bool = False
+
+
+@dataclass(frozen=True)
+class Lexicon:
+    """All words; finds one by any of its names."""
+
+    nouns: Mapping[str, Noun]
+    classes: Mapping[str, ThingClass]
+
+    def find(self, words: str) -> Noun | ThingClass | None:
+        """Return what a noun of one or more words (singular or plural) means, or None."""
+        for name in _singulars(words):
+            for entry in (*self.nouns.values(), *self.classes.values()):
+                if name == entry.name or name in entry.aliases:
+                    return entry
+        return None
+
+
+def load_lexicon(extra: str | Path | None = None) -> Lexicon:
+    """Read the package's lexicon, and a user's file whose entries are added to it or replace it.
+
+    Raises:
+        InvalidLexiconError: the file cannot be read or is not of the form that lexicon.yaml describes.
+    """
+    text = resources.files("uncom_perception.objects").joinpath("lexicon.yaml").read_text(encoding="utf-8")
+    base = _parsed(text, "lexicon.yaml")
+    if not extra:
+        return base
+    path = Path(extra)
+    try:
+        own = _parsed(path.read_text(encoding="utf-8"), path.name)
+    except OSError as error:
+        raise InvalidLexiconError(f"cannot read the lexicon {path}: {error.strerror or error}") from error
+    return Lexicon({**base.nouns, **own.nouns}, {**base.classes, **own.classes})
+
+
+def _parsed(text: str, name: str) -> Lexicon:
+    try:
+        data = yaml.safe_load(text) or {}
+    except yaml.YAMLError as error:
+        where = " ".join(str(error).split())
+        raise InvalidLexiconError(f"lexicon {name} is not YAML: {where}") from error
+    if not isinstance(data, dict) or set(data) - {"things", "classes"}:
+        raise InvalidLexiconError(f"lexicon {name} needs the keys 'things' and 'classes' only")
+    nouns = {str(k): _noun(str(k), v, name) for k, v in (data.get("things") or {}).items()}
+    classes = {}
+    for key, value in (data.get("classes") or {}).items():
+        entry = _mapping(value, name, key, {"aliases", "all"})
+        classes[str(key)] = ThingClass(str(key), tuple(entry.get("aliases") or ()), bool(entry.get("all", False)))
+    return Lexicon(nouns, classes)
+
+
+def _mapping(value: Any, name: str, key: object, known: set[str]) -> dict[str, Any]:
+    entry = {} if value is None else value
+    if not isinstance(entry, dict) or set(entry) - known:
+        raise InvalidLexiconError(f"lexicon {name}: entry {key!r} may hold only {', '.join(sorted(known))}")
+    return entry
+
+
+def _noun(key: str, value: Any, name: str) -> Noun:
+    entry = _mapping(value, name, key, {"aliases", "is_a", "colours", "shape"})
+    colours = _mapping(entry.get("colours"), name, f"{key}.colours", set(COLOUR_NAMES))
+    shape = _mapping(entry.get("shape"), name, f"{key}.shape", {f.name for f in fields(Shape)})
+    try:
+        ranges = {k: (float(low), float(high)) for k, (low, high) in shape.items()}
+        weights = {k: float(v) for k, v in colours.items()}
+    except (TypeError, ValueError) as error:
+        raise InvalidLexiconError(f"lexicon {name}: {key!r} needs ranges [low, high] and colour weights") from error
+    if any(low > high for low, high in ranges.values()):
+        raise InvalidLexiconError(f"lexicon {name}: {key!r} has a range whose low end is above its high end")
+    return Noun(key, tuple(entry.get("aliases") or ()), tuple(entry.get("is_a") or ()), weights, ranges)
+
+
+def _soft_range(name: str, x: float, low: float, high: float) -> float:
+    if low <= x <= high:
+        return 1.0
+    bound = low if x < low else high
+    softness = _ABSOLUTE_SOFTNESS.get(name, max(0.14 * bound, 0.003))
+    return math.exp(-0.5 * ((x - bound) / softness) ** 2)
+
+
+def _mass(name: str, low: float, high: float) -> float:
+    least, most = _BOUNDS[name]
+    if least > 0.0:
+        low, high = max(low, least), min(high, most)
+        mass = math.log(max(high, low * 1.0001) / low) / math.log(most / least)
+    else:
+        mass = (min(high, most) - max(low, least)) / (most - least)
+    return min(1.0, max(_MIN_MASS, mass))
+
+
+def _singulars(words: str) -> list[str]:
+    """Return the words as they are and with the last one in the singular."""
+    forms = [words]
+    if words.endswith("ies"):
+        forms.append(words[:-3] + "y")
+    if words.endswith("ves"):
+        forms += [words[:-3] + "f", words[:-3] + "fe"]
+    if words.endswith("es"):
+        forms.append(words[:-2])
+    if words.endswith("s") and not words.endswith("ss"):
+        forms.append(words[:-1])
+    return forms

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The plane of the table top, by RANSAC (scikit-image)."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from skimage.measure import ransac
+
+from uncom_perception.exceptions import TableNotFoundError
+
+FloatArray = npt.NDArray[np.float64]
+PointImage = npt.NDArray[np.float32]
+
+_SAMPLE = 2500
+_INLIER_M = 0.008
+_MIN_SHARE = 0.04  # of the sampled points
+_MIN_TABLE_Z_M, _MAX_TABLE_Z_M = 0.25, 1.4  # over the floor: what may be a table where the base frame is known
+_MAX_TILT_BASE = np.cos(np.radians(8.0))
+_MAX_TILT_CAMERA = np.cos(np.radians(85.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    """Points p with normal @ p == offset; normal (3,) is a unit vector that points up; sigma_m is its noise [m]."""
+
+    normal: FloatArray
+    offset: float
+    sigma_m: float = 0.0
+
+    def height(self, points: npt.NDArray[np.floating]) -> npt.NDArray[np.float32]:
+        """Return how far points (..., 3) lie above the plane [m]."""
+        n = self.normal.astype(np.float32)
+        height = points[..., 0] * n[0] + points[..., 1] * n[1] + points[..., 2] * n[2] - np.float32(self.offset)
+        return np.asarray(height, dtype=np.float32)
+
+
+class _PlaneModel:
+    """Plane through points (N, 3), in the form that skimage's ransac wants."""
+
+    def __init__(self) -> None:
+        self.params: tuple[FloatArray, float] | None = None
+
+    def estimate(self, data: FloatArray) -> bool:
+        if len(data) == 3:
+            normal = np.cross(data[1] - data[0], data[2] - data[0])
+            length = np.linalg.norm(normal)
+            if length < 1e-4:  # the three lie on a line, or too near one another
+                return False
+            normal = normal / length
+            center = data[0]
+        else:
+            center = data.mean(axis=0)
+            normal = np.linalg.svd(data - center, full_matrices=False)[2][-1]
+        self.params = (normal, float(normal @ center))
+        return True
+
+    @classmethod
+    def from_estimate(cls, data: FloatArray) -> _PlaneModel:
+        model = cls()
+        model.estimate(data)
+        return model
+
+    def __bool__(self) -> bool:
+        """Whether there is a plane; ransac passes over the others."""
+        return self.params is not None
+
+    def residuals(self, data: FloatArray) -> FloatArray:
+        assert self.params is not None  # noqa: S101  (set by estimate, as ransac promises)
+        normal, offset = self.params
+        return np.asarray(np.abs(data @ normal - offset))
+
+
+def find_table_plane(points: PointImage, up: FloatArray, *, gravity_known: bool, seed: int = 0) -> Plane:
+    """Find the plane of the table in a point image (H, W, 3) [m].
+
+    Args:
+        points: NaN where unknown.
+        up: roughly upwards; exactly so, from the floor at 0, if gravity_known (base frame).
+        gravity_known: whether only level planes at the height of tables are looked for.
+        seed: of the random samples.
+
+    Raises:
+        TableNotFoundError: there is no plane large enough.
+    """
+    flat = points[::4, ::4].reshape(-1, 3)
+    flat = flat[np.isfinite(flat[:, 2])].astype(float)
+    if gravity_known:
+        z = flat @ up
+        flat = flat[(z > _MIN_TABLE_Z_M) & (z < _MAX_TABLE_Z_M)]
+    rng = np.random.default_rng(seed)
+    if len(flat) < 200:
+        raise TableNotFoundError("no table seen: too few points with depth; look at the table from 0.4 to 2 m")
+    total = len(flat)
+    best: Plane | None = None
+    best_score = 0.0
+    for _ in range(3):
+        if len(flat) < max(100, _MIN_SHARE * total):
+            break
+        plane = _fit_once(flat, up, gravity_known=gravity_known, rng=rng)
+        if plane is None:
+            break
+        inlier = np.abs(flat @ plane.normal - plane.offset) < _INLIER_M
+        # Level planes are likelier tables; of two, the one nearer to the camera (higher) is the table, not the floor.
+        score = inlier.sum() * (0.3 + float(plane.normal @ up))
+        if inlier.sum() >= _MIN_SHARE * total and (
+            best is None or score > best_score or _above(plane, best, score / best_score)
+        ):
+            best, best_score = plane, score
+        flat = flat[~inlier]
+    if best is None:
+        raise TableNotFoundError("no table seen: no level surface is large enough; turn the camera to the table")
+    return best
+
+
+def _above(plane: Plane, other: Plane, score_ratio: float) -> bool:
+    parallel = float(plane.normal @ other.normal) > np.cos(np.radians(10.0))
+    return parallel and plane.offset > other.offset + 0.2 and score_ratio > 0.4
+
+
+def _fit_once(flat: FloatArray, up: FloatArray, *, gravity_known: bool, rng: np.random.Generator) -> Plane | None:
+    limit = _MAX_TILT_BASE if gravity_known else _MAX_TILT_CAMERA
+    sample = flat[rng.choice(len(flat), min(_SAMPLE, len(flat)), replace=False)]
+
+    def level(model: _PlaneModel, *_: object) -> bool:
+        return model.params is not None and abs(float(model.params[0] @ up)) > limit
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # "no inliers" is an answer here
+        model, inliers = ransac(
+            sample,
+            _PlaneModel,
+            min_samples=3,
+            residual_threshold=_INLIER_M,
+            is_model_valid=level,
+            max_trials=300,
+            stop_probability=0.999,
+            rng=rng,
+        )
+    if not model or inliers is None or inliers.sum() < 30:
+        return None
+    return _refined(flat, model.params, up)
+
+
+def _refined(flat: FloatArray, params: tuple[FloatArray, float], up: FloatArray) -> Plane:
+    """Fit the plane to all that lies near it, twice, the second time within four times the noise."""
+    normal, offset = params
+    reach, sigma = _INLIER_M, _INLIER_M
+    for _ in range(3):
+        distance = flat @ normal - offset
+        near = flat[np.abs(distance) < reach]
+        if len(near) < 20:
+            break
+        center = near.mean(axis=0)
+        _, vectors = np.linalg.eigh((near - center).T @ (near - center))
+        normal = vectors[:, 0]
+        offset = float(normal @ center)
+        sigma = 1.4826 * float(np.median(np.abs(near @ normal - offset)))
+        reach = float(np.clip(3.0 * sigma, 0.003, 0.02))
+    if normal @ up < 0.0:
+        normal, offset = -normal, -offset
+    return Plane(normal, float(offset), sigma)

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Shape of a thing as numbers that words can be defined by, from its visible points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+from skimage.morphology import reconstruction
+
+FloatArray = npt.NDArray[np.float64]
+
+_CELL_M = 0.003
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """Measures of a thing that stands on the ground; lengths in metres, ratios without unit."""
+
+    length: float  # longer side of the footprint's box [m]
+    width: float  # shorter side of it, a handle left out [m]
+    height: float  # above the ground [m]
+    elongation: float  # length / width of the footprint, handle included
+    flatness: float  # height / length
+    roundness: float  # 1: the body's footprint is a disc
+    rectangularity: float  # 1: the footprint fills its box
+    hollowness: float  # share of the footprint that is a cavity open to above
+    cavity: float  # depth of that cavity / height
+    handle: float  # length of what sticks out of a round body [m]
+    curvature: float  # bow of a long thing: sagitta / length
+    flat_top: float  # share of the footprint at the top's height
+    neck: float  # width near the top / width of the lower half
+    taper: float  # width at two thirds of the height / width at one third
+
+    def items(self) -> dict[str, float]:
+        """Return the measures by name."""
+        return {f.name: float(getattr(self, f.name)) for f in fields(self)}
+
+
+@dataclass(frozen=True, slots=True)
+class Footprint:
+    """A thing seen from above: greatest height by cell (NaN: none), origin of the cell grid [m]."""
+
+    height: npt.NDArray[np.float32]
+    origin: FloatArray
+
+    @property
+    def mask(self) -> npt.NDArray[np.bool_]:
+        """Cells that hold something."""
+        return np.isfinite(self.height)
+
+
+def measure(points: npt.NDArray[np.floating], viewer: FloatArray) -> Shape:
+    """Measure a thing by points (N, 3) as x, y, height [m], seen from a viewer (3,) in the same frame."""
+    footprint = _rasterise(points)
+    mask = footprint.mask.astype(np.uint8)
+    contour = _largest_contour(mask)
+    hull = cv2.convexHull(contour)
+    (_, _), (side_a, side_b), _ = cv2.minAreaRect(hull)
+    long_side, short_side = (max(side_a, side_b) + 1.0) * _CELL_M, (min(side_a, side_b) + 1.0) * _CELL_M
+    height = float(np.percentile(points[:, 2], 98.5))
+    body, handle = _split_handle(mask)
+    body_hull = cv2.convexHull(_largest_contour(body))
+    (_, _), (body_a, body_b), _ = cv2.minAreaRect(body_hull)
+    body_width = (min(body_a, body_b) + 1.0) * _CELL_M
+    body_length = (max(body_a, body_b) + 1.0) * _CELL_M
+    radius = cv2.minEnclosingCircle(body_hull)[1] + 0.5
+    hull_area = max(float(cv2.contourArea(body_hull)), 1.0)
+    hollow, cavity = _cavity(footprint, height)
+    top = float((footprint.height[footprint.mask] > height - max(0.006, 0.08 * height)).mean())
+    neck, taper = _profile(points, viewer, height)
+    return Shape(
+        length=long_side,
+        width=min(short_side, body_width),
+        height=height,
+        elongation=long_side / max(short_side, 1e-3),
+        flatness=height / max(long_side, 1e-3),
+        roundness=float(np.clip(hull_area / (np.pi * radius**2) * min(1.0, body_width / body_length) ** 0.5, 0.0, 1.0)),
+        rectangularity=float(np.clip(hull_area / max(body_a * body_b, 1.0), 0.0, 1.0)),
+        hollowness=hollow,
+        cavity=cavity,
+        handle=handle,
+        curvature=_curvature(points),
+        flat_top=top,
+        neck=neck,
+        taper=taper,
+    )
+
+
+def _rasterise(points: npt.NDArray[np.floating]) -> Footprint:
+    origin = points[:, :2].min(axis=0) - 2 * _CELL_M
+    cells = np.round((points[:, :2] - origin) / _CELL_M).astype(int)
+    size = cells.max(axis=0) + 3
+    index = cells[:, 1] * size[0] + cells[:, 0]
+    order = np.lexsort((points[:, 2], index))
+    last = np.flatnonzero(np.diff(index[order], append=-1))
+    height = np.full(size[0] * size[1], np.nan)
+    height[index[order][last]] = points[order[last], 2]
+    height = height.reshape(size[1], size[0])
+    closed = cv2.morphologyEx(np.isfinite(height).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
+    filled = _fill(height, closed.astype(bool))
+    return Footprint(filled.astype(np.float32), np.asarray(origin, dtype=float))
+
+
+def _fill(height: FloatArray, wanted: npt.NDArray[np.bool_]) -> FloatArray:
+    """Give cells without points the height of the nearest cell that has some."""
+    nearest = ndimage.distance_transform_edt(~np.isfinite(height), return_distances=False, return_indices=True)
+    return np.where(wanted, height[tuple(nearest)], np.nan)
+
+
+def _largest_contour(mask: npt.NDArray[np.uint8]) -> npt.NDArray[np.int32]:
+    contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    if not contours:
+        return np.array([[[0, 0]], [[1, 0]], [[1, 1]]], np.int32)
+    return np.asarray(max(contours, key=len), dtype=np.int32)
+
+
+def _split_handle(mask: npt.NDArray[np.uint8]) -> tuple[npt.NDArray[np.uint8], float]:
+    """Return the body without what sticks out of it, and the length of that [m]."""
+    filled = ndimage.binary_fill_holes(mask).astype(np.uint8)
+    radius = float(cv2.distanceTransform(np.pad(filled, 1), cv2.DIST_L2, 5).max())
+    size = max(1, round(0.55 * radius))
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * size + 1, 2 * size + 1))
+    body = cv2.morphologyEx(np.pad(filled, 2 * size), cv2.MORPH_OPEN, kernel)[
+        2 * size : -2 * size, 2 * size : -2 * size
+    ]
+    if not body.any():
+        return filled, 0.0
+    rest = cv2.morphologyEx(filled & (1 - body), cv2.MORPH_OPEN, np.ones((2, 2), np.uint8))
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(rest)
+    if count < 2:
+        return body, 0.0
+    distance = cv2.distanceTransform(1 - body, cv2.DIST_L2, 5)
+    reach = [float(distance[labels == i].max()) for i in range(1, count) if stats[i, cv2.CC_STAT_AREA] >= 6]
+    return body, max(reach, default=0.0) * _CELL_M
+
+
+def _cavity(footprint: Footprint, height: float) -> tuple[float, float]:
+    """Return the share of the footprint that would hold water, and that water's depth / height.
+
+    Flooding from outside (grey reconstruction by erosion): what the flood cannot reach below the rim is a cavity.
+    """
+    mask = ndimage.binary_fill_holes(footprint.mask)
+    surface = np.where(mask, _fill(footprint.height.astype(float), mask), 0.0)
+    surface = ndimage.grey_closing(surface, size=(3, 3))
+    padded = np.pad(surface, 1)
+    seed = np.full_like(padded, padded.max())
+    seed[0], seed[-1], seed[:, 0], seed[:, -1] = 0.0, 0.0, 0.0, 0.0
+    depth = reconstruction(seed, padded, method="erosion") - padded
+    deep = depth > max(0.003, 0.12 * height)
+    if deep.sum() < 6:
+        return 0.0, 0.0
+    return float(deep.sum() / max(mask.sum(), 1)), float(np.percentile(depth[deep], 90) / max(height, 1e-3))
+
+
+def _curvature(points: npt.NDArray[np.floating]) -> float:
+    """Return how far the middle of a thing lies off the line between its ends, over its length."""
+    flat = np.asarray(points[:, :2], dtype=float) - points[:, :2].mean(axis=0)
+    axes = np.linalg.eigh(flat.T @ flat)[1]
+    along, across = flat @ axes[:, 1], flat @ axes[:, 0]
+    length = float(np.ptp(along))
+    if length < 1e-3:
+        return 0.0
+    bins = np.clip(((along - along.min()) / length * 9).astype(int), 0, 8)
+    middle = [np.median(across[bins == i]) if (bins == i).any() else np.nan for i in range(9)]
+    known = np.isfinite(middle)
+    if known.sum() < 5:
+        return 0.0
+    x = np.linspace(-1.0, 1.0, 9)[known]
+    return float(abs(np.polyfit(x, np.array(middle)[known], 2)[0]) / length)
+
+
+def _profile(points: npt.NDArray[np.floating], viewer: FloatArray, height: float) -> tuple[float, float]:
+    """Compare widths across the line of sight (never hidden by the thing itself) at several heights."""
+    center = points[:, :2].mean(axis=0)
+    sight = center - viewer[:2]
+    norm = np.linalg.norm(sight)
+    sight = sight / norm if norm > 1e-3 else np.array([1.0, 0.0])
+    across = (points[:, :2] - center) @ np.array([-sight[1], sight[0]])
+    share = points[:, 2] / max(height, 1e-3)
+
+    def width(low: float, high: float) -> float:
+        band = across[(share >= low) & (share < high)]
+        return float(np.percentile(band, 97) - np.percentile(band, 3)) if len(band) >= 5 else np.nan
+
+    top, upper, lower, low = width(0.88, 1.05), width(0.6, 0.75), width(0.25, 0.4), width(0.1, 0.6)
+    neck = top / low if np.isfinite(top) and np.isfinite(low) and low > 0.004 else 1.0
+    taper = upper / lower if np.isfinite(upper) and np.isfinite(lower) and lower > 0.004 else 1.0
+    return float(np.clip(neck, 0.0, 3.0)), float(np.clip(taper, 0.0, 3.0))

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The default detector: what stands on the table plane, named by what can be measured on it (RGB-D)."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from uncom_common.camera import PinholeCamera
+from uncom_common.transforms import invert
+
+from uncom_perception.exceptions import TableNotFoundError
+from uncom_perception.objects.body import clean_points, geometry
+from uncom_perception.objects.colour import exposure, name_colours
+from uncom_perception.objects.detector import DepthImage, FloatArray, ObjectDetector, RgbImage, check_images
+from uncom_perception.objects.lexicon import Lexicon, load_lexicon
+from uncom_perception.objects.phrases import PhraseMatcher, Thing
+from uncom_perception.objects.picture import PictureDetector
+from uncom_perception.objects.plane import find_table_plane
+from uncom_perception.objects.scenes import answer
+from uncom_perception.objects.segments import Surfaces
+from uncom_perception.objects.shape import measure
+from uncom_perception.objects.table import Ground, TopDown, find_table, ground_frame, table_pixels
+from uncom_perception.objects.things import find_things
+from uncom_perception.types import Geometry, HandsFrame, Mask, Scene, TableSurface
+
+_OVERHANG_M = 0.03
+_FOLLOW_M = 0.25
+
+
+class TabletopDetector(ObjectDetector):
+    """Plane, outline, things on it, their attributes, and the phrases that fit them; without depth, the picture alone."""
+
+    def __init__(self, lexicon: Lexicon | None = None) -> None:
+        """Name things by a lexicon (the package's own if None)."""
+        self._matcher = PhraseMatcher(lexicon if lexicon is not None else load_lexicon())
+        self._picture = PictureDetector(self._matcher)
+
+    @property
+    def name(self) -> str:
+        """Name of the back end; it needs no weights."""
+        return "tabletop (rgb-d, no weights)"
+
+    def detect(
+        self,
+        image_rgb: RgbImage,
+        depth: DepthImage | None,
+        camera: PinholeCamera | None,
+        camera_in_base: FloatArray | None,
+        phrases: Sequence[str],
+        hands: HandsFrame | None = None,
+        stamp_s: float = 0.0,
+    ) -> Scene:
+        """Return the scene; one without table and things if no table is seen."""
+        check_images(image_rgb, depth, camera)
+        if depth is None or camera is None:
+            return self._picture.detect(image_rgb, None, camera, camera_in_base, phrases, hands, stamp_s)
+        start = time.perf_counter()
+        try:
+            table, found = self._look(image_rgb, depth, camera, camera_in_base, hands)
+        except TableNotFoundError:
+            table, found = None, []
+        things = [thing for _, _, thing in found]
+        return answer(
+            self._matcher,
+            [(mask, body) for mask, body, _ in found],
+            things,
+            table,
+            phrases,
+            stamp_s=stamp_s,
+            frame_id="base_footprint" if camera_in_base is not None else "",
+            backend=self.name if table is not None else f"{self.name}: no table seen",
+            latency_s=time.perf_counter() - start,
+        )
+
+    def _look(
+        self,
+        image_rgb: RgbImage,
+        depth: DepthImage,
+        camera: PinholeCamera,
+        camera_in_base: FloatArray | None,
+        hands: HandsFrame | None,
+    ) -> tuple[TableSurface, list[tuple[Mask, Geometry, Thing]]]:
+        known = camera_in_base is not None
+        pose = camera_in_base if camera_in_base is not None else np.eye(4)
+        points = _moved(camera.deproject_image(depth), pose)
+        up = np.array([0.0, 0.0, 1.0]) if known else np.array([0.0, -0.8, -0.6])
+        plane = find_table_plane(points, up, gravity_known=known)
+        ground = ground_frame(plane, gravity_known=known)
+        ground_points = ground.project(points)
+        ground_points[..., 2] = plane.height(points)
+        on_table = table_pixels(ground_points[..., 2], plane.sigma_m)
+        if not on_table.any():
+            raise TableNotFoundError("no table seen: the surface found is too small")
+        table, outline = find_table(points, ground_points, on_table, ground, camera, invert(pose))
+        lab = cv2.cvtColor(cv2.GaussianBlur(image_rgb, (3, 3), 0).astype(np.float32) / 255.0, cv2.COLOR_RGB2LAB)
+        pixel_m = float(np.nanmedian(depth[on_table])) / camera.fx
+        surfaces = Surfaces(ground_points, np.asarray(lab, dtype=np.float32), plane.sigma_m, pixel_m)
+        near, follow = TopDown(outline, _OVERHANG_M), TopDown(outline, _FOLLOW_M)
+        masks = find_things(surfaces, on_table, near, follow, hands, camera)
+        viewer = ground.project(pose[:3, 3][None])[0].astype(float)
+        gain = exposure(image_rgb)
+        found = [_described(mask, image_rgb, ground_points, ground, viewer, gain) for mask in masks]
+        return table, [thing for thing in found if thing is not None]
+
+
+def _moved(points: npt.NDArray[np.float32], pose: FloatArray) -> npt.NDArray[np.float32]:
+    flat = points.reshape(-1, 3) @ pose[:3, :3].T.astype(np.float32) + pose[:3, 3].astype(np.float32)
+    return np.asarray(flat.reshape(points.shape), dtype=np.float32)
+
+
+def _described(
+    mask: Mask,
+    image_rgb: RgbImage,
+    ground_points: npt.NDArray[np.float32],
+    ground: Ground,
+    viewer: FloatArray,
+    gain: float,
+) -> tuple[Mask, Geometry, Thing] | None:
+    points = clean_points(ground_points, mask)
+    if len(points) < 20:
+        return None
+    shape = measure(points, viewer)
+    size = math.sqrt(shape.length * max(shape.width, shape.height))
+    inner = cv2.erode(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
+    pixels = image_rgb[inner if inner.sum() > 30 else mask]
+    return mask, geometry(points, ground), Thing(shape, name_colours(pixels, gain), size)

@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From labelled surfaces to things: fragments joined, hands and arms taken out, masks closed."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+from uncom_common.camera import PinholeCamera
+
+from uncom_perception.hands.detector import FINGERS, INDEX_MCP, MIDDLE_MCP, PINKY_MCP, WRIST
+from uncom_perception.objects.segments import LabelImage, Surfaces, connected, foreground
+from uncom_perception.objects.table import TopDown
+from uncom_perception.types import HandsFrame, Mask
+
+_MIN_PIXELS = 45
+_MIN_EXTENT_M = 0.012
+_FLOATING_M = 0.03
+_CELL_M = 0.005
+_FRAGMENT_PIXELS = 90
+
+
+def find_things(
+    surfaces: Surfaces,
+    on_table: Mask,
+    table: TopDown,
+    around: TopDown,
+    hands: HandsFrame | None,
+    camera: PinholeCamera,
+) -> list[Mask]:
+    """Return one mask (H, W) for each thing on the table, hands and arms left out."""
+    pixels = foreground(surfaces, on_table, around)
+    pixels &= ~hand_pixels(surfaces, pixels, hands)
+    labels = connected(surfaces, pixels)
+    labels = _without_specks(labels)
+    labels = _joined(surfaces, labels)
+    inside = table.inside(surfaces.ground_points[..., :2])
+    boxes = _label_boxes(labels)
+    masks = []
+    for label, box in boxes.items():
+        mask = np.zeros(labels.shape, dtype=bool)
+        mask[box] = labels[box] == label
+        if _is_thing(surfaces, labels, label, box, inside, camera):
+            masks.append(_closed(mask, box))
+    return masks
+
+
+def hand_pixels(surfaces: Surfaces, above: Mask, hands: HandsFrame | None) -> Mask:
+    """Return the pixels of hands and of the bare forearms behind them: skin coloured and connected to the landmarks."""
+    mask = np.zeros(above.shape, dtype=bool)
+    if hands is None:
+        return mask
+    points = surfaces.ground_points
+    for hand in hands.hands:
+        skeleton, core = _skeleton(hand.landmarks, above.shape)
+        sample = core & above
+        if sample.sum() < 20:
+            continue
+        skin = _like_sample(surfaces.lab, surfaces.lab[sample])
+        candidates = above & (skin | core)
+        labels = connected(surfaces, candidates)
+        touched = np.bincount(labels[sample], minlength=labels.max() + 1)
+        touched[0] = 0
+        chosen = np.flatnonzero(touched > max(10, 0.08 * touched.sum()))
+        # What is at the depth of the finger bones belongs to the hand whatever its colour (nails, shadows, rings).
+        hand_height = float(np.nanmedian(points[..., 2][sample]))
+        close = skeleton & above & (points[..., 2] > min(0.02, 0.5 * hand_height)) & skin
+        found = np.isin(labels, chosen) | close
+        mask |= cv2.dilate(found.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
+    return mask
+
+
+def bare_skin(lab: npt.NDArray[np.float32], above: Mask, hands: HandsFrame, scale: float = 1.0) -> Mask:
+    """Return the pixels of hands and bare forearms in a picture without depth, scaled from the one the hands are of."""
+    mask = np.zeros(above.shape, dtype=bool)
+    for hand in hands.hands:
+        thick, core = _skeleton(hand.landmarks * scale, above.shape)
+        if core.sum() < 20:
+            continue
+        skin = _like_sample(lab, lab[core])
+        labels, _ = ndimage.label((above & skin) | core)
+        touched = np.unique(labels[core])
+        mask |= np.isin(labels, touched[touched > 0]) | thick
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool))
+
+
+def _like_sample(lab: npt.NDArray[np.float32], sample: npt.NDArray[np.float32]) -> Mask:
+    """Return the pixels (H, W) whose colour is that of a sample (N, 3), lightness free within its shading."""
+    middle = np.median(sample, axis=0)
+    spread = np.maximum(1.4826 * np.median(np.abs(sample - middle), axis=0), (8.0, 4.0, 4.0))
+    return np.asarray((np.abs(lab - middle) < np.array([5.0, 3.5, 3.5]) * spread).all(axis=2))
+
+
+def _skeleton(landmarks: npt.NDArray[np.float64], shape: tuple[int, ...]) -> tuple[Mask, Mask]:
+    """Draw a hand's bones, thick (all of the hand) and thin (surely hand)."""
+    marks = np.round(landmarks[:, :2]).astype(np.int32)
+    size = float(np.ptp(marks, axis=0).max())
+    thick, thin = np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
+    lines = [marks[list(joints)] for joints in FINGERS.values()]
+    lines += [marks[[WRIST, joints[0]]] for joints in FINGERS.values()]
+    palm = marks[[WRIST, 1, INDEX_MCP, MIDDLE_MCP, 13, PINKY_MCP]]
+    for image, width in ((thick, max(3, round(0.16 * size))), (thin, max(1, round(0.04 * size)))):
+        cv2.polylines(image, [line.reshape(-1, 1, 2) for line in lines], False, 1, width)
+        cv2.fillPoly(image, [cv2.convexHull(palm.reshape(-1, 1, 2))], 1)
+    return thick.astype(bool), thin.astype(bool)
+
+
+def _without_specks(labels: LabelImage) -> LabelImage:
+    sizes = np.bincount(labels.ravel())
+    keep = sizes >= 12
+    keep[0] = False
+    renumber = np.zeros(len(sizes), np.int32)
+    renumber[keep] = np.arange(1, keep.sum() + 1)
+    return renumber[labels]
+
+
+def _label_boxes(labels: LabelImage) -> dict[int, tuple[slice, slice]]:
+    return {i + 1: box for i, box in enumerate(ndimage.find_objects(labels)) if box is not None}
+
+
+def _joined(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
+    """Join surfaces of one thing that holes or its own shape part in the image: they meet seen from above.
+
+    Front and inner back wall of a cup, say. Only surfaces of alike colour, or small fragments, are joined.
+    """
+    count = int(labels.max())
+    if count < 2:
+        return labels
+    used = labels > 0
+    flat = surfaces.ground_points[used]
+    ids = labels[used]
+    cells = np.round(flat[:, :2] / _CELL_M).astype(np.int64)
+    cells -= cells.min(axis=0)
+    width = int(cells[:, 0].max()) + 3
+    key = (cells[:, 1] + 1) * width + cells[:, 0] + 1
+    colours = np.array([np.median(surfaces.lab[used][ids == i], axis=0) for i in range(1, count + 1)])
+    sizes = np.bincount(ids, minlength=count + 1)[1:]
+    pairs = np.unique(np.column_stack([key, ids]), axis=0)
+    contacts = np.zeros((count + 1, count + 1), np.int32)
+    owner: dict[int, list[int]] = {}
+    for k, i in pairs:
+        owner.setdefault(int(k), []).append(int(i))
+    for k, here in owner.items():
+        for step in (0, 1, width, width + 1, width - 1):
+            for i in here:
+                for j in owner.get(k + step, ()):
+                    if i != j:
+                        contacts[i, j] += 1
+                        contacts[j, i] += 1
+    parent = np.arange(count + 1)
+    order = np.argwhere(np.triu(contacts) >= 2)
+    for i, j in sorted(order.tolist(), key=lambda pair: -int(contacts[pair[0], pair[1]])):
+        small = min(sizes[i - 1], sizes[j - 1]) < _FRAGMENT_PIXELS
+        difference = colours[i - 1] - colours[j - 1]
+        alike = np.hypot(difference[1], difference[2]) < 14.0 and abs(difference[0]) < 35.0
+        if small or (alike and contacts[i, j] >= 4):
+            a, b = _root(parent, i), _root(parent, j)
+            parent[max(a, b)] = min(a, b)
+    roots = np.array([_root(parent, i) for i in range(count + 1)])
+    renumber = np.unique(roots, return_inverse=True)[1].astype(np.int32)
+    return np.asarray(renumber[labels], dtype=np.int32)
+
+
+def _root(parent: npt.NDArray[np.int64], i: int) -> int:
+    while parent[i] != i:
+        i = int(parent[i])
+    return i
+
+
+def _is_thing(
+    surfaces: Surfaces, labels: LabelImage, label: int, box: tuple[slice, slice], inside: Mask, camera: PinholeCamera
+) -> bool:
+    """Whether a surface is a thing that stands on the table (or on another thing), not an arm, a hand or a speck."""
+    own = labels[box] == label
+    points = surfaces.ground_points[box][own]
+    if len(points) < _MIN_PIXELS or np.ptp(points[:, :2], axis=0).max() < _MIN_EXTENT_M:
+        return False
+    share_inside = float(inside[box][own].mean())
+    if share_inside < 0.6:
+        return False
+    outside = points[~inside[box][own]]
+    if len(outside) and float(np.ptp(outside[:, :2], axis=0).max()) > 0.2:
+        return False
+    # The lower half of a round thing is not seen from above, so it seems to begin at up to half its width.
+    width = float(np.ptp(points[:, :2], axis=0).min())
+    if np.percentile(points[:, 2], 4) < max(_FLOATING_M, 0.015 + 0.5 * width):
+        return True
+    return not _hovers(surfaces, labels, label, box, camera)
+
+
+def _hovers(
+    surfaces: Surfaces, labels: LabelImage, label: int, box: tuple[slice, slice], camera: PinholeCamera
+) -> bool:
+    """Whether the bare table is seen below a thing that does not reach it."""
+    own = (labels[box] == label).astype(np.uint8)
+    padded = np.zeros((own.shape[0] + 8, own.shape[1]), np.uint8)
+    padded[: own.shape[0]] = own
+    below = (np.roll(padded, 6, axis=0) > 0) & (cv2.dilate(padded, np.ones((3, 3), np.uint8)) == 0)
+    v, u = np.nonzero(below)
+    v, u = v + box[0].start, u + box[1].start
+    seen = v < camera.height
+    v, u = v[seen], u[seen]
+    if len(v) < 5:
+        return False
+    return float((labels[v, u] == 0).mean()) > 0.6
+
+
+def _closed(mask: Mask, box: tuple[slice, slice]) -> Mask:
+    """Close the holes that missing depth leaves in a mask."""
+    rows = slice(max(0, box[0].start - 4), box[0].stop + 4)
+    columns = slice(max(0, box[1].start - 4), box[1].stop + 4)
+    part = np.ascontiguousarray(mask[rows, columns]).astype(np.uint8)
+    part = cv2.morphologyEx(part, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5)))
+    result = np.zeros_like(mask)
+    result[rows, columns] = part.astype(bool)
+    return result
