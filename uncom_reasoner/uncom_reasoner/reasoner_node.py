@@ -111,7 +111,7 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
         self._senses.depths.add(seconds_from_msg(msg.header.stamp), msg)
 
     def _on_camera_info(self, msg: CameraInfo) -> None:
-        if self._senses.camera_info is None or self._senses.camera_info.k != msg.k:
+        if self._senses.camera_info is None or list(self._senses.camera_info.k) != list(msg.k):
             self._senses.camera = camera_from_msg(msg)
             self._senses.camera_info = msg
 
