@@ -47,6 +47,8 @@ class UnknownTypeError(BringupError, LookupError):
 class GraphError(BringupError, RuntimeError):
     """A node did not start, or died."""
 
+    exit_status = 1
+
     def __init__(self, node: str, why: str, last_lines: Iterable[str] = ()) -> None:
         """Keep the node and the last lines it wrote."""
         self.node = node

@@ -4,11 +4,19 @@
 from __future__ import annotations
 
 import argparse
+import json
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from uncom_bringup import output
-from uncom_bringup.commands.common import SubParsers, add_json, existing_file
+from uncom_bringup.commands.common import SubParsers, add_json, existing_file, read_picture
 from uncom_bringup.exceptions import BadInputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+    from uncom_common.camera import PinholeCamera
 
 
 def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
@@ -22,15 +30,50 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     parser.set_defaults(run=run)
 
 
+def read_depth(path: Path) -> npt.NDArray[np.float32]:
+    """Read a depth picture as metres (H, W), unknown as NaN.
+
+    Raises:
+        BadInputError: it is not a 16-bit PNG.
+    """
+    from uncom_bringup import image_codec  # noqa: PLC0415  (OpenCV is slow to import)
+
+    try:
+        return image_codec.decode_depth(path.read_bytes())
+    except BadInputError as error:
+        raise BadInputError(f"{path} is not a depth picture (16-bit PNG in millimetres)") from error
+
+
+def read_camera(path: Path, shape: Sequence[int]) -> PinholeCamera:
+    """Read intrinsics for a picture of a shape (H, W, ...).
+
+    Raises:
+        BadInputError: not JSON with the numbers fx, fy, cx, cy.
+    """
+    from uncom_common.camera import PinholeCamera  # noqa: PLC0415  (NumPy is slow to import)
+
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        numbers = [float(data[name]) for name in ("fx", "fy", "cx", "cy")]
+    except (ValueError, KeyError, TypeError) as error:
+        raise BadInputError(
+            f'{path} is not a camera; it must be JSON: {{"fx": .., "fy": .., "cx": .., "cy": ..}}'
+        ) from error
+    return PinholeCamera(int(shape[1]), int(shape[0]), *numbers)
+
+
 def run(options: argparse.Namespace) -> int:
     """Look for the phrase; nothing is an answer too."""
-    image = existing_file(options.image)
-    depth: Path | None = existing_file(options.depth) if options.depth else None
-    camera: Path | None = existing_file(options.camera) if options.camera else None
-    if (depth is None) != (camera is None):
+    path = existing_file(options.image)
+    if (options.depth is None) != (options.camera is None):
         raise BadInputError("--depth and --camera belong together; give both or neither")
     if not options.phrase.strip():
         raise BadInputError('the phrase is empty; say what to look for, for example "red mug"')
+    image = read_picture(path)
+    depth = read_depth(existing_file(options.depth)) if options.depth else None
+    camera = read_camera(existing_file(options.camera), image.shape) if options.camera else None
+    if depth is not None and depth.shape != image.shape[:2]:
+        raise BadInputError(f"{options.depth} has another size than {path}; depth must be registered to the picture")
     from uncom_perception import objects  # noqa: PLC0415  (only when it runs)
 
     result = objects.scene_to_json(objects.detect_in_image(image, options.phrase, depth, camera))
