@@ -85,11 +85,16 @@ class TrajectoryController:
         self._done = done
 
     def update(self, now_s: float, position: FloatArray, velocity: FloatArray) -> SetPoint:
-        """Return the set-point for now, given the joints' state, and end the goal when it is reached or missed."""
+        """Return the set-point for now, given the joints' state, and end the goal when it is reached or missed.
+
+        The same object is returned as long as nothing changes.
+        """
         if not self._points:
             return self.desired
         self.desired = sample(self._points, now_s)
-        if self._done is not None and self._limits is not None:
+        if self._done is None and now_s >= self._points[-1].time_s:
+            self._points = ()
+        elif self._done is not None and self._limits is not None:
             error = self.desired.positions - position
             if now_s < self._points[-1].time_s:
                 self._check_path(self._limits, error, self.desired.velocities - velocity, position)

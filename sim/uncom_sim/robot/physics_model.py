@@ -19,8 +19,7 @@ from uncom_sim.robot.kinematics import Joint, joint_from_element, origin_matrix,
 BASE_JOINTS = ("base_x", "base_y", "base_yaw")
 ROOT = "base_footprint"
 _ROLLING = ("wheel_", "caster_", "suspension_")
-_BASE_FORCE = 600.0  # what the drive can push with [N]
-_BASE_TORQUE = 300.0  # [N m]
+BASE_EFFORTS = (600.0, 600.0, 300.0)  # what the drive can push and turn with [N, N, N m]
 
 
 def physics_urdf(urdf: str) -> str:
@@ -129,7 +128,7 @@ def _planar_base() -> list[ET.Element]:
         ET.SubElement(joint, "parent", link=parent)
         ET.SubElement(joint, "child", link=child)
         ET.SubElement(joint, "axis", xyz=axis)
-        effort = _BASE_TORQUE if name == "base_yaw" else _BASE_FORCE
+        effort = BASE_EFFORTS[BASE_JOINTS.index(name)]
         ET.SubElement(joint, "limit", lower="-100", upper="100", effort=f"{effort}", velocity="2.1")
         elements.append(joint)
         if child != ROOT:

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import pybullet
 from uncom_common.transforms import FloatArray
 
@@ -17,8 +17,10 @@ from uncom_sim.exceptions import SimError
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.robot.kinematics import Kinematics
 from uncom_sim.robot.names import ACTUATED, FINGERS, home_positions
-from uncom_sim.robot.physics_model import BASE_JOINTS, physics_urdf
+from uncom_sim.robot.physics_model import BASE_EFFORTS, BASE_JOINTS, physics_urdf
 from uncom_sim.robot.visual_meshes import with_file_paths
+
+IntArray = npt.NDArray[np.intp]
 
 TIME_STEP_S = 1.0 / 240.0
 _POSITION_GAIN = 0.1  # share of a position error made good in one step
@@ -68,12 +70,13 @@ class Robot:
             indices[info[1].decode()] = index
             self.links[info[12].decode()] = index
         self._joints = [indices[name] for name in ACTUATED]
+        self._gains = [_POSITION_GAIN] * (len(ACTUATED) + len(BASE_JOINTS)), [1.0] * (len(ACTUATED) + len(BASE_JOINTS))
         self._base = [indices[name] for name in BASE_JOINTS]
         joints = [self.kinematics.joints[name] for name in ACTUATED]
         self.lower = np.array([joint.lower for joint in joints])
         self.upper = np.array([joint.upper for joint in joints])
         self.max_velocity = np.array([joint.velocity for joint in joints])
-        self._efforts = [joint.effort for joint in joints]
+        self._efforts = [*(joint.effort for joint in joints), *BASE_EFFORTS]
         # The motor asks for gain * error / step, so this much error asks for the joint's full speed.
         self._max_error = self.max_velocity * TIME_STEP_S / _POSITION_GAIN
         self._set_dynamics()
@@ -143,12 +146,10 @@ class Robot:
                     self.body, self.body, contact[3], contact[4], 0, physicsClientId=self._client
                 )
 
-    def set_targets(self, positions: Mapping[str, float], velocities: Mapping[str, float]) -> None:
-        """Give actuated joints new set-points [rad or m] with the velocity they pass them at [/s]."""
-        for i, name in enumerate(ACTUATED):
-            if name in positions:
-                self._target[i] = min(max(positions[name], self.lower[i]), self.upper[i])
-                self._target_velocity[i] = velocities.get(name, 0.0)
+    def set_targets(self, joints: IntArray, positions: FloatArray, velocities: FloatArray) -> None:
+        """Give actuated joints (indices into ACTUATED) set-points [rad or m] and the velocities they pass them at."""
+        self._target[joints] = np.clip(positions, self.lower[joints], self.upper[joints])
+        self._target_velocity[joints] = velocities
 
     def set_base_velocity(self, linear: float, angular: float) -> None:
         """Drive the base: along its own x axis [m/s] and about z [rad/s]."""
@@ -156,8 +157,8 @@ class Robot:
 
     def apply(self) -> None:
         """Hand the set-points to the motors; call once before each physics step."""
-        error = np.clip(self._target - self.readings.position, -self._max_error, self._max_error)
-        velocity = np.clip(self._target_velocity, -self.max_velocity, self.max_velocity)
+        error = np.minimum(np.maximum(self._target - self.readings.position, -self._max_error), self._max_error)
+        velocity = np.minimum(np.maximum(self._target_velocity, -self.max_velocity), self.max_velocity)
         goal = self.readings.position + error
         base, base_velocity = self._drive()
         pybullet.setJointMotorControlArray(
@@ -166,9 +167,9 @@ class Robot:
             pybullet.POSITION_CONTROL,
             targetPositions=[*goal.tolist(), *base.tolist()],
             targetVelocities=[*velocity.tolist(), *base_velocity.tolist()],
-            forces=[*self._efforts, 600.0, 600.0, 300.0],
-            positionGains=[_POSITION_GAIN] * (len(self._joints) + 3),
-            velocityGains=[1.0] * (len(self._joints) + 3),
+            forces=self._efforts,
+            positionGains=self._gains[0],
+            velocityGains=self._gains[1],
             physicsClientId=self._client,
         )
 
@@ -188,13 +189,9 @@ class Robot:
 
     def _read(self) -> JointReadings:
         states = pybullet.getJointStates(self.body, [*self._joints, *self._base], physicsClientId=self._client)
-        count = len(self._joints)
-        self._base_state = np.array([[state[0], state[1]] for state in states[count:]])
-        return JointReadings(
-            np.array([state[0] for state in states[:count]]),
-            np.array([state[1] for state in states[:count]]),
-            np.array([state[3] for state in states[:count]]),
-        )
+        table = np.array([(position, velocity, effort) for position, velocity, _, effort in states])
+        self._base_state = table[len(self._joints) :, :2]
+        return JointReadings(*table[: len(self._joints)].T)
 
     def base_pose(self) -> FloatArray:
         """Return the base's true x [m], y [m] and yaw [rad] in the world."""
