@@ -13,6 +13,7 @@ from control_msgs.msg import JointTolerance, JointTrajectoryControllerState
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry as OdometryMsg
 from sensor_msgs.msg import JointState as JointStateMsg
+from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from uncom_common.conversions import (
@@ -20,10 +21,10 @@ from uncom_common.conversions import (
     header_to_msg,
     pose_to_msg,
     seconds_from_msg,
-    stamped_transform_to_msg,
+    time_to_msg,
     vector_to_msg,
 )
-from uncom_common.transforms import FloatArray, StampedTransform, matrix_from_pose
+from uncom_common.transforms import FloatArray, matrix_from_pose
 
 from uncom_interfaces.msg import SimObject, SimState
 from uncom_sim.controllers.diff_drive import Odometry
@@ -31,7 +32,7 @@ from uncom_sim.controllers.joint_trajectory import Outcome
 from uncom_sim.controllers.tolerances import GoalTolerances, Tolerance
 from uncom_sim.controllers.trajectory import SetPoint, Trajectory, Waypoint
 from uncom_sim.microphone import SAMPLE_RATE_HZ
-from uncom_sim.simulator import JointState
+from uncom_sim.simulator import Frames, JointState
 from uncom_sim.types import ObjectState, SpokenWord
 
 _POSE_VARIANCE = (0.001, 0.001, 0.001, 0.001, 0.001, 0.01)
@@ -48,9 +49,18 @@ def joint_state_to_msg(state: JointState, stamp_s: float) -> JointStateMsg:
     )
 
 
-def transforms_to_msg(transforms: Sequence[StampedTransform]) -> TFMessage:
+def frames_to_msg(frames: Frames, stamp_s: float) -> TFMessage:
     """Write transforms."""
-    messages: list[TransformStamped] = [stamped_transform_to_msg(transform) for transform in transforms]
+    stamp = time_to_msg(stamp_s)
+    messages = []
+    for parent, child, place, quaternion in zip(
+        frames.parents, frames.children, frames.places.tolist(), frames.quaternions.tolist(), strict=True
+    ):
+        msg = TransformStamped(header=Header(stamp=stamp, frame_id=parent), child_frame_id=child)
+        translation, rotation = msg.transform.translation, msg.transform.rotation
+        translation.x, translation.y, translation.z = place
+        rotation.x, rotation.y, rotation.z, rotation.w = quaternion
+        messages.append(msg)
     return TFMessage(transforms=messages)
 
 

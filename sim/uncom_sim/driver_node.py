@@ -34,10 +34,10 @@ from uncom_sim.camera.views import HEAD_CAMERA
 from uncom_sim.conversions import (
     audio_info_to_msg,
     audio_to_msg,
+    frames_to_msg,
     joint_state_to_msg,
     odometry_to_msg,
     sim_state_to_msg,
-    transforms_to_msg,
 )
 from uncom_sim.driver_config import DriverConfig
 from uncom_sim.pace import Pace, Schedule
@@ -161,7 +161,7 @@ class DriverNode(ConfiguredNode[DriverConfig]):
 
     def _publish_latched(self) -> None:
         self._description_out.publish(String(data=tiago_urdf()))
-        self._tf_static_out.publish(transforms_to_msg(self._simulator.fixed_transforms()))
+        self._tf_static_out.publish(frames_to_msg(self._simulator.fixed_frames(), self._simulator.time_s))
         self._audio_info_out.publish(audio_info_to_msg())
 
     def _publish_due(self) -> None:
@@ -181,7 +181,7 @@ class DriverNode(ConfiguredNode[DriverConfig]):
     def _publish_joints(self) -> None:
         simulator = self._simulator
         self._joints_out.publish(joint_state_to_msg(simulator.joint_state(), simulator.time_s))
-        self._tf_out.publish(transforms_to_msg(simulator.moving_transforms()))
+        self._tf_out.publish(frames_to_msg(simulator.moving_frames(), simulator.time_s))
         self._odometry_out.publish(odometry_to_msg(simulator.base.odometry, simulator.time_s))
 
     def _publish_controllers(self) -> None:

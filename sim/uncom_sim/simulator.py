@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pybullet
 from uncom_common.camera import PinholeCamera
-from uncom_common.transforms import FloatArray, StampedTransform, matrix_from_pose
+from uncom_common.transforms import FloatArray
 
 from uncom_sim.camera.noise import CameraNoise, NoisyCamera
 from uncom_sim.camera.tiny_renderer import render
@@ -21,8 +21,10 @@ from uncom_sim.contacts import ContactCounter
 from uncom_sim.controllers.diff_drive import DiffDrive
 from uncom_sim.controllers.joint_trajectory import TrajectoryController
 from uncom_sim.controllers.robot_controllers import TRAJECTORY_CONTROLLERS
+from uncom_sim.controllers.trajectory import SetPoint
 from uncom_sim.microphone import Microphone
 from uncom_sim.robot.description import CAMERA_FRAME
+from uncom_sim.robot.kinematics import FrameTree
 from uncom_sim.robot.names import ACTUATED, FINGERS, WHEELS
 from uncom_sim.robot.robot import TIME_STEP_S, Robot, RobotOptions
 from uncom_sim.types import ObjectState, Scene
@@ -56,6 +58,16 @@ class JointState:
     efforts: FloatArray
 
 
+@dataclass(frozen=True, slots=True)
+class Frames:
+    """Places (N, 3) [m] and quaternions (N, 4; x y z w) of child frames in their parents."""
+
+    parents: tuple[str, ...]
+    children: tuple[str, ...]
+    places: FloatArray
+    quaternions: FloatArray
+
+
 class Simulator:
     """Owns a PyBullet client with the world and the robot in it. Not thread safe: one thread does everything."""
 
@@ -81,6 +93,15 @@ class Simulator:
         except Exception:
             self.close()
             raise
+        self._indices = {
+            config.joints: np.array([ACTUATED.index(joint) for joint in config.joints])
+            for config in TRAJECTORY_CONTROLLERS
+        }
+        joints = self.robot.kinematics.joints
+        moving = (*ACTUATED, *WHEELS)
+        self._moving = FrameTree([joints[name] for name in moving])
+        self._fixed = FrameTree([joint for name, joint in joints.items() if name not in moving])
+        self._followed: dict[str, SetPoint] = {}
         self.controllers = {
             config.name: TrajectoryController(config, self.joint_positions(config.joints))
             for config in TRAJECTORY_CONTROLLERS
@@ -117,13 +138,13 @@ class Simulator:
     def step(self) -> None:
         """Advance by 1/240 s."""
         now = self.time_s
-        for controller in self.controllers.values():
-            joints = controller.config.joints
-            point = controller.update(now, self.joint_positions(joints), self.joint_velocities(joints))
-            self.robot.set_targets(
-                dict(zip(joints, point.positions.tolist(), strict=True)),
-                dict(zip(joints, point.velocities.tolist(), strict=True)),
-            )
+        readings = self.robot.readings
+        for name, controller in self.controllers.items():
+            joints, before = self._indices[controller.config.joints], self._followed.get(name)
+            point = controller.update(now, readings.position[joints], readings.velocity[joints])
+            if point is not before:
+                self.robot.set_targets(joints, point.positions, point.velocities)
+                self._followed[name] = point
         self.robot.set_base_velocity(*self.base.update(now, TIME_STEP_S))
         self.robot.apply()
         pybullet.stepSimulation(physicsClientId=self.client)
@@ -180,32 +201,26 @@ class Simulator:
             np.concatenate([readings.effort, np.zeros(2)]),
         )
 
-    def moving_transforms(self) -> list[StampedTransform]:
+    def moving_frames(self) -> Frames:
         """Return each moving joint's transform, and odom -> base_footprint as the wheels tell it."""
-        state, now = self.joint_state(), self.time_s
-        positions = dict(zip(state.names, state.positions.tolist(), strict=True))
-        joints = [joint for joint in self.robot.kinematics.joints.values() if joint.moves]
-        transforms = [
-            StampedTransform(now, joint.parent, joint.child, joint.transform(positions.get(joint.name, 0.0)))
-            for joint in joints
-        ]
-        o = self.base.odometry
-        pose = matrix_from_pose((o.x, o.y, 0.0), (0.0, 0.0, np.sin(o.yaw / 2), np.cos(o.yaw / 2)))
-        return [*transforms, StampedTransform(now, "odom", "base_footprint", pose)]
+        readings, o = self.robot.readings, self.base.odometry
+        places, quaternions = self._moving.poses(np.concatenate([readings.position, o.wheels]))
+        return Frames(
+            ("odom", *self._moving.parents),
+            ("base_footprint", *self._moving.children),
+            np.vstack([(o.x, o.y, 0.0), places]),
+            np.vstack([(0.0, 0.0, np.sin(o.yaw / 2), np.cos(o.yaw / 2)), quaternions]),
+        )
 
-    def fixed_transforms(self) -> list[StampedTransform]:
-        """Return the transforms of the joints that do not move."""
-        joints = [joint for joint in self.robot.kinematics.joints.values() if not joint.moves]
-        return [StampedTransform(self.time_s, joint.parent, joint.child, joint.origin) for joint in joints]
+    def fixed_frames(self) -> Frames:
+        """Return the transforms of all other joints; casters and suspension do not move here."""
+        places, quaternions = self._fixed.poses(np.zeros(len(self._fixed.parents)))
+        return Frames(self._fixed.parents, self._fixed.children, places, quaternions)
 
     def joint_positions(self, joints: tuple[str, ...]) -> FloatArray:
         """Return the positions [rad or m] of actuated joints."""
-        return self.robot.readings.position[self._indices(joints)]
+        return self.robot.readings.position[self._indices[joints]]
 
     def joint_velocities(self, joints: tuple[str, ...]) -> FloatArray:
         """Return the velocities [rad/s or m/s] of actuated joints."""
-        return self.robot.readings.velocity[self._indices(joints)]
-
-    @staticmethod
-    def _indices(joints: tuple[str, ...]) -> list[int]:
-        return [ACTUATED.index(joint) for joint in joints]
+        return self.robot.readings.velocity[self._indices[joints]]
