@@ -15,6 +15,7 @@ from PIL import Image
 from uncom_sim.types import Light, Table
 
 Rgb = tuple[float, float, float]
+Texture = npt.NDArray[np.uint8]
 
 TOP_THICKNESS_M = 0.035
 LEG_M = 0.05
@@ -27,20 +28,22 @@ _FLOORS: tuple[Rgb, ...] = ((0.45, 0.45, 0.46), (0.52, 0.50, 0.47), (0.40, 0.42,
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """PyBullet ids of the bodies, and the lamp."""
+    """PyBullet ids of the bodies, the lamp, and the textures (H, W, 3) of the bodies that have one."""
 
     floor: int
     walls: tuple[int, ...]
     table: int
     light: Light
+    covers: dict[int, Texture]
 
 
 def build_room(client: int, table: Table, rng: np.random.Generator) -> Room:
     """Build floor, walls and table into a PyBullet world; rng draws materials and light."""
     wood, paint, ground = (choices[int(rng.integers(len(choices)))] for choices in (_WOODS, _WALLS, _FLOORS))
-    floor = _floor(client, ground, rng)
+    covers: dict[int, Texture] = {}
+    floor = _floor(client, ground, rng, covers)
     walls = _walls(client, paint)
-    return Room(floor, walls, _table(client, table, wood, rng), random_light(rng))
+    return Room(floor, walls, _table(client, table, wood, rng, covers), random_light(rng), covers)
 
 
 def random_light(rng: np.random.Generator) -> Light:
@@ -60,7 +63,7 @@ def random_light(rng: np.random.Generator) -> Light:
     )
 
 
-def _floor(client: int, colour: Rgb, rng: np.random.Generator) -> int:
+def _floor(client: int, colour: Rgb, rng: np.random.Generator, covers: dict[int, Texture]) -> int:
     plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
     seen = pybullet.createVisualShape(
         pybullet.GEOM_BOX,
@@ -75,7 +78,7 @@ def _floor(client: int, colour: Rgb, rng: np.random.Generator) -> int:
     pixels = np.asarray(colour) + grain
     joints = (np.arange(128) % 16 == 0)[:, None] | (np.arange(128) % 16 == 0)[None]
     pixels[joints] *= 0.93
-    _cover(client, body, pixels)
+    covers[body] = _cover(client, body, pixels)
     pybullet.changeDynamics(body, -1, lateralFriction=0.8, physicsClientId=client)
     return body
 
@@ -96,7 +99,7 @@ def _walls(client: int, colour: Rgb) -> tuple[int, ...]:
     return tuple(walls)
 
 
-def _table(client: int, table: Table, wood: Rgb, rng: np.random.Generator) -> int:
+def _table(client: int, table: Table, wood: Rgb, rng: np.random.Generator, covers: dict[int, Texture]) -> int:
     """Build top and legs as one fixed body, its frame in the middle of the surface."""
     half_x, half_y = (table.x_max - table.x_min) / 2.0, (table.y_max - table.y_min) / 2.0
     leg_height = table.height - TOP_THICKNESS_M
@@ -119,7 +122,7 @@ def _table(client: int, table: Table, wood: Rgb, rng: np.random.Generator) -> in
     )
     middle = [(table.x_min + table.x_max) / 2.0, (table.y_min + table.y_max) / 2.0, table.height]
     body: int = pybullet.createMultiBody(0, touched, seen, middle, physicsClientId=client)
-    _cover(client, body, _grain(wood, rng))
+    covers[body] = _cover(client, body, _grain(wood, rng))
     pybullet.changeDynamics(
         body, -1, lateralFriction=0.8, rollingFriction=0.0, spinningFriction=0.001, physicsClientId=client
     )
@@ -138,10 +141,12 @@ def _grain(wood: Rgb, rng: np.random.Generator, size: int = 256) -> npt.NDArray[
     return np.asarray(np.clip(np.asarray(wood) * (shade * np.where(planks, 0.90, 1.0))[..., None], 0.0, 1.0))
 
 
-def _cover(client: int, body: int, pixels: npt.NDArray[np.float64]) -> None:
-    """Put a texture (H, W, 3), colours from 0 to 1, on a whole body."""
+def _cover(client: int, body: int, pixels: npt.NDArray[np.float64]) -> Texture:
+    """Put a texture (H, W, 3), colours from 0 to 1, on a whole body; return it as bytes."""
+    texture_bytes = (np.clip(pixels, 0.0, 1.0) * 255.0).astype(np.uint8)
     with tempfile.TemporaryDirectory(prefix="uncom_") as folder:
         path = Path(folder) / "cover.png"
-        Image.fromarray((np.clip(pixels, 0.0, 1.0) * 255.0).astype(np.uint8)).save(path)
+        Image.fromarray(texture_bytes).save(path)
         texture = pybullet.loadTexture(str(path), physicsClientId=client)
     pybullet.changeVisualShape(body, -1, textureUniqueId=texture, specularColor=[0, 0, 0], physicsClientId=client)
+    return texture_bytes

@@ -65,6 +65,11 @@ class World:
         return self._room.floor
 
     @property
+    def covers(self) -> dict[int, npt.NDArray[np.uint8]]:
+        """Textures (H, W, 3) of floor and table by PyBullet id, for a renderer of one's own."""
+        return dict(self._room.covers)
+
+    @property
     def object_bodies(self) -> dict[str, int]:
         """PyBullet ids of the things on the table by their ids in the scene."""
         return dict(self._bodies)
