@@ -30,10 +30,10 @@ START, END = "<s>", "</s>"
 class ModelWeights:
     """How much of each level goes to the one below, and how the single words are mixed."""
 
-    trigram_backoff: float = 0.15
-    bigram_backoff: float = 0.2
+    trigram_backoff: float = 0.05
+    bigram_backoff: float = 0.1
     # share of single words that goes to common English words outside the patterns
-    general_share: float = 0.25
+    general_share: float = 0.1
     # share of single words that goes to words which the scene offers
     scene_share: float = 0.05
     sentences: int = 30000

@@ -19,7 +19,7 @@ import pocketsphinx
 
 from uncom_language.exceptions import RecognizerError
 from uncom_language.speech.alternatives import Hypothesis, make_alternatives, with_confidences
-from uncom_language.speech.audio import SAMPLE_RATE, Int16Array, as_float, resample, to_int16
+from uncom_language.speech.audio import SAMPLE_RATE, Int16Array, as_float, resample, to_int16, with_floor
 from uncom_language.speech.language_model import ModelWeights, draw_sentences, make_arpa
 from uncom_language.speech.pronunciation import pronounce
 from uncom_language.speech.recognizer import Recognition, Recognizer, Samples
@@ -37,7 +37,7 @@ _MIN_DECIBEL = -70.0
 class DecoderWeights:
     """Numbers of the search; see `pocketsphinx_batch -help`."""
 
-    lw: float = 6.5
+    lw: float = 9.0
     wip: float = 0.65
     general_words: int = 2000
     alternatives: int = 8
