@@ -15,7 +15,9 @@ from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import FloatArray
 
 from uncom_sim.camera.noise import CameraNoise, NoisyCamera
-from uncom_sim.camera.tiny_renderer import render
+from uncom_sim.camera.rasteriser import Rasteriser
+from uncom_sim.camera.stage import Stage
+from uncom_sim.camera.surfaces import Surface, from_bullet, painted
 from uncom_sim.camera.views import HEAD_CAMERA, look_at, overview_camera
 from uncom_sim.contacts import ContactCounter
 from uncom_sim.controllers.diff_drive import DiffDrive
@@ -23,6 +25,7 @@ from uncom_sim.controllers.joint_trajectory import TrajectoryController
 from uncom_sim.controllers.robot_controllers import TRAJECTORY_CONTROLLERS
 from uncom_sim.controllers.trajectory import SetPoint
 from uncom_sim.microphone import Microphone
+from uncom_sim.objects.catalogue import model
 from uncom_sim.robot.description import CAMERA_FRAME
 from uncom_sim.robot.kinematics import FrameTree
 from uncom_sim.robot.names import ACTUATED, FINGERS, WHEELS
@@ -34,6 +37,7 @@ _CONTACT_EVERY = 4  # steps
 _SOLVER_ITERATIONS = 50
 
 Image = npt.NDArray[np.uint8]
+IntArray = npt.NDArray[np.int32]
 DepthImage = npt.NDArray[np.float32]
 
 
@@ -116,8 +120,28 @@ class Simulator:
         self.contacts = ContactCounter(
             self.client, self.robot.body, self.world.table_body, self.world.object_bodies, fingers
         )
+        self._stage = Stage(self.client, self._surfaces())
+        self._seen = self._stage.faces()
+        # The camera is inside the model of the head.
+        head = {(self.robot.body, links[name]) for name in ("head_1_link", "head_2_link")}
+        self._seen_from_head = self._stage.faces(without=head)
         table = scene.table
+        self._rasteriser = Rasteriser(self._stage, (table.x_min, (table.y_min + table.y_max) / 2.0, table.height))
         self._overview = look_at((table.x_max + 1.05, 1.5, 1.75), (0.45, -0.05, 0.78))
+
+    def _surfaces(self) -> list[Surface]:
+        """Gather all that can be seen."""
+        world = self.world
+        painted_bodies = {*world.object_bodies.values(), world.hand_body}
+        surfaces = painted(world.hand_body, world.person.hand.parts)
+        for thing in world.scene.objects:
+            shape = model(thing.kind, thing.colour)
+            surfaces += painted(world.object_bodies[thing.id], shape.parts, -shape.centre_of_mass)
+        for index in range(pybullet.getNumBodies(physicsClientId=self.client)):
+            body = pybullet.getBodyUniqueId(index, physicsClientId=self.client)
+            if body not in painted_bodies:
+                surfaces += from_bullet(self.client, body, world.covers.get(body))
+        return surfaces
 
     def close(self) -> None:
         """End the simulation and free what PyBullet holds."""
@@ -173,17 +197,19 @@ class Simulator:
 
     def render_camera(self) -> tuple[Image, DepthImage]:
         """Return what the head camera sees now: rgb (480, 640, 3) and depth (480, 640) [m], NaN where unknown."""
-        rgb, depth = self._render(HEAD_CAMERA, self.robot.frame(CAMERA_FRAME))
+        rgb, depth = self._render(HEAD_CAMERA, self.robot.frame(CAMERA_FRAME), self._seen_from_head)
         return self._camera.expose(rgb, self._steps), self._camera.measure(depth, self._steps)
 
     def render_overview(self) -> Image:
         """Return what a bystander sees now (H, W, 3)."""
-        return self._render(overview_camera(*self.options.overview_size), self._overview)[0]
+        return self._render(overview_camera(*self.options.overview_size), self._overview, self._seen)[0]
 
-    def _render(self, camera: PinholeCamera, pose: FloatArray) -> tuple[Image, DepthImage]:
+    def _render(self, camera: PinholeCamera, pose: FloatArray, faces: IntArray) -> tuple[Image, DepthImage]:
         start = self._person_start_s
         self.world.update_person(None if start is None or self.person_done else self.time_s - start)
-        return render(self.client, camera, pose, self.world.light, shadow=self.options.shadows)
+        light = self.world.light
+        self._stage.update(light.direction)
+        return self._rasteriser.render(camera, pose, light, faces, shadows=self.options.shadows)
 
     def object_states(self) -> tuple[ObjectState, ...]:
         """Return the truth about every object, for scoring."""
@@ -219,8 +245,8 @@ class Simulator:
 
     def joint_positions(self, joints: tuple[str, ...]) -> FloatArray:
         """Return the positions [rad or m] of actuated joints."""
-        return self.robot.readings.position[self._indices[joints]]
+        return np.asarray(self.robot.readings.position[self._indices[joints]])
 
     def joint_velocities(self, joints: tuple[str, ...]) -> FloatArray:
         """Return the velocities [rad/s or m/s] of actuated joints."""
-        return self.robot.readings.velocity[self._indices[joints]]
+        return np.asarray(self.robot.readings.velocity[self._indices[joints]])

@@ -80,6 +80,16 @@ def _light_copy(source: Path) -> Path:
     return target
 
 
+def read_light_mesh(path: Path) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Read vertices (N, 3), normals (N, 3) and faces (M, 3) of a mesh file that `with_file_paths` named."""
+    rows: dict[str, list[list[str]]] = {"v": [], "vn": [], "f": []}
+    for line in path.read_text().splitlines():
+        key, *words = line.split()
+        rows[key].append(words)
+    faces = [[int(word.split("/")[0]) - 1 for word in words] for words in rows["f"]]
+    return np.array(rows["v"], dtype=float), np.array(rows["vn"], dtype=float), np.array(faces, dtype=np.int64)
+
+
 def with_file_paths(urdf: str) -> str:
     """Return a URDF whose meshes are named by file, the visual ones by their light copies."""
     robot = ET.fromstring(urdf)  # noqa: S314  (our own text)
