@@ -128,12 +128,13 @@ def _fit(
         width, middle = high - low, 0.5 * (low + high)
         if width > gripper.open - 0.006:
             return None
-        opening = min(gripper.open - 0.002, width + (0.03 if family == "across" else 0.026))
-        if not _blocked(local, near, gripper, tip, middle, opening):
+        opening = _opening(local, near, gripper, tip, (low, high))
+        if opening is not None:
             break
     else:
         return None
     quality = _quality(shape, span, gripper, hand, place, (low, high), tip)
+    quality *= min(1.0, 0.75 + 6.0 * (opening - width))
     if family == "rim":
         quality *= 0.85
     position = place + hand.closing * middle + hand.approach * (tip - gripper.tip)
@@ -144,6 +145,18 @@ def _fit(
     first = float(local[outside, 0].min())
     retreat = float(np.clip(tip - first + 0.03, 0.07, 0.14))
     return Grasp(pose, width, opening, retreat, quality, family)
+
+
+def _opening(
+    local: FloatArray, near: FloatArray, gripper: GripperShape, tip: float, edges: tuple[float, float]
+) -> float | None:
+    """Return the widest opening with which fingers and palm pass; room beside the thing forgives what was not seen."""
+    width, middle = edges[1] - edges[0], 0.5 * (edges[0] + edges[1])
+    for room in (0.05, 0.04, 0.03, 0.022):
+        opening = min(gripper.open - 0.002, width + room)
+        if not _blocked(local, near, gripper, tip, middle, opening):
+            return opening
+    return None
 
 
 def _tip_depth(
