@@ -6,8 +6,6 @@ from __future__ import annotations
 import json
 from typing import Any
 
-import numpy as np
-from geometry_msgs.msg import Point32, Polygon
 from std_msgs.msg import Header
 from uncom_common.conversions import (
     header_to_msg,
@@ -16,7 +14,14 @@ from uncom_common.conversions import (
     seconds_from_msg,
     time_to_msg,
 )
-from uncom_perception.conversions import detection_from_msg, detection_to_msg, table_from_msg, table_to_msg
+from uncom_perception.conversions import (
+    detection_from_msg,
+    detection_to_msg,
+    polygon_from_msg,
+    polygon_to_msg,
+    table_from_msg,
+    table_to_msg,
+)
 from uncom_perception.types import Box
 
 from uncom_interfaces.msg import Candidate as CandidateMsg
@@ -24,7 +29,7 @@ from uncom_interfaces.msg import Explanation as ExplanationMsg
 from uncom_interfaces.msg import GroundedCommand as GroundedCommandMsg
 from uncom_interfaces.msg import GroundedTarget as GroundedTargetMsg
 from uncom_reasoner.exceptions import InvalidGroundingError
-from uncom_reasoner.types import Candidate, Factor, FloatArray, GroundedCommand, GroundedTarget, Status, TargetKind
+from uncom_reasoner.types import Candidate, Factor, GroundedCommand, GroundedTarget, Status, TargetKind
 
 
 def candidate_to_msg(candidate: Candidate) -> CandidateMsg:
@@ -50,16 +55,6 @@ def candidate_from_msg(msg: CandidateMsg) -> Candidate:
     factors = tuple(Factor(n, float(v)) for n, v in zip(msg.factor_names, msg.factor_logs, strict=True))
     nowhere = box == Box(0.0, 0.0, 0.0, 0.0)
     return Candidate(msg.id, msg.label, factors, float(msg.probability), None if nowhere else box, bool(msg.chosen))
-
-
-def polygon_to_msg(points: FloatArray) -> Polygon:
-    """Write an outline (N, 3)."""
-    return Polygon(points=[Point32(x=float(x), y=float(y), z=float(z)) for x, y, z in points])
-
-
-def polygon_from_msg(msg: Polygon) -> FloatArray:
-    """Read an outline (N, 3)."""
-    return np.array([[p.x, p.y, p.z] for p in msg.points], dtype=float).reshape(-1, 3)
 
 
 def target_to_msg(target: GroundedTarget, header: Header) -> GroundedTargetMsg:

@@ -59,6 +59,7 @@ class Senses:
         end = words_span(command).end_s
         hands = [(stamp, bool(seen.frame.hands)) for stamp, seen in self.hands.items() if stamp <= end + 5.0]
         stamps = [stamp for stamp, _ in self.images.items()]
+        stamps = [stamp for stamp in stamps if self.depth_at(stamp) is not None] or stamps
         config = self._config
         return scene_frame(stamps, hands, object_end(command), config.hand_free_before_s, config.hand_free_after_s)
 

@@ -105,10 +105,14 @@ def _add_ray(query: Query, context: Context, terms: dict[str, dict[str, float]])
     if not query.ray.present:
         return
     w = context.weights
-    pointed = bool(query.reference.deictic) or is_bare(query.reference)
-    stray = w.stray_deictic if pointed else w.stray_named
+    bare, deictic = is_bare(query.reference), bool(query.reference.deictic)
+    stray = w.stray_deictic if deictic or bare else w.stray_named
+    logs = {i: w.ray * ray_log(query.ray, errors_of(query.ray, context.thing(i), context), stray) for i in terms}
+    # A finger on a lemon does not make a pear of it: for a named thing the gesture mostly chooses among what was seen.
+    kept = 1.0 if bare else w.boost_deictic if deictic else w.boost_named
+    least = (1.0 - kept) * max(max(logs.values(), default=0.0), 0.0)
     for thing_id, factors in terms.items():
-        factors["ray"] = w.ray * ray_log(query.ray, errors_of(query.ray, context.thing(thing_id), context), stray)
+        factors["ray"] = logs[thing_id] - least
 
 
 def _add_anchor(query: Query, context: Context, terms: dict[str, dict[str, float]]) -> None:

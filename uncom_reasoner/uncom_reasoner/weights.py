@@ -26,6 +26,8 @@ class Weights:
     plausible: float
     stray_named: float
     stray_deictic: float
+    boost_named: float
+    boost_deictic: float
     ray_systematic_rad: float
     tip_sigma_m: float
     depth_sigma_ratio: float
