@@ -13,22 +13,23 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from uncom_bringup.completion import waiting_for
 from uncom_bringup.domain import DomainClaim
 from uncom_bringup.exceptions import GraphError
 from uncom_bringup.graph import DRIVER, SIX_NODES, GraphProcesses, ParameterValue
-from uncom_bringup.report.page import Outcome
 from uncom_bringup.run_record import Event, RunRecord
 
-from uncom_bringup import artifacts, progress, summary
-from uncom_sim.demo_graph_node import Listeners
+from uncom_bringup import progress, summary
 from uncom_sim.demo_options import DemoOptions, scene_to_dict
 from uncom_sim.demo_result import DemoResult
 from uncom_sim.demo_score import score_run
 from uncom_sim.scoring import PhysicalResult
 from uncom_sim.types import ObjectState
+
+if TYPE_CHECKING:
+    from uncom_sim.demo_graph_node import Listeners
 
 Say = Callable[[str], None]
 
@@ -95,7 +96,6 @@ def _run_graph(options: DemoOptions, scene_file: Path, domain: int, times: _Time
         if words:
             say(words)
 
-    bag = options.folder / artifacts.BAG if options.record else None
     with GraphProcesses(options.folder / "log", domain, options.parameter_files) as graph:
         graph.start(DRIVER, {"scene_file": str(scene_file.resolve()), "seed": options.seed})
         for spec in SIX_NODES:
@@ -103,6 +103,11 @@ def _run_graph(options: DemoOptions, scene_file: Path, domain: int, times: _Time
             if spec.name == "execution_node":
                 own["require_approval"] = False
             graph.start(spec, own)
+        # What listens and writes is imported while the nodes start.
+        from uncom_bringup import artifacts  # noqa: PLC0415
+        from uncom_sim.demo_graph_node import Listeners  # noqa: PLC0415
+
+        bag = options.folder / artifacts.BAG if options.record else None
         with Listeners(domain, tell, bag, force=True) as listeners:
             _wait_until_up(graph, listeners)
             times.mark("start")
@@ -151,6 +156,10 @@ def _wait_until_done(graph: GraphProcesses, listeners: Listeners, timeout_s: flo
 
 def _finish(options: DemoOptions, seen: _Seen, times: _Times, say: Say) -> DemoResult:
     """Score, and write what the run leaves behind."""
+    from uncom_bringup.report.page import Outcome  # noqa: PLC0415
+
+    from uncom_bringup import artifacts  # noqa: PLC0415
+
     record = seen.record
     scene = options.scene
     score = score_run(scene, record, seen.before, seen.after)
