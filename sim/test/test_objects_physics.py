@@ -57,7 +57,10 @@ def test_a_lemon_dropped_into_it_stays_inside(client, container, yaw):
     _run(client, 0.2)
     lemon, lemon_shape = _put(client, "lemon", 0.004, -0.003, above=shape.size[2] + 0.02, yaw=yaw)
     _run(client, 2.5)
-    place = body_pose(client, lemon, lemon_shape.centre_of_mass)[:3, 3] - body_pose(client, body, shape.centre_of_mass)[:3, 3]
+    place = (
+        body_pose(client, lemon, lemon_shape.centre_of_mass)[:3, 3]
+        - body_pose(client, body, shape.centre_of_mass)[:3, 3]
+    )
     assert np.hypot(*place[:2]) < shape.opening.radius
     # Hollow: it lies on the floor of the container, not on a lid over its rim.
     assert place[2] - lemon_shape.size[2] / 2 < shape.opening.floor_z + 0.03

@@ -26,7 +26,9 @@ def _scene(**fields):
 
 def test_a_file_gives_the_scene_it_describes(tmp_path):
     path = tmp_path / "kitchen.json"
-    path.write_text(json.dumps(_scene(point_object="l", point_target=[0.7, 0.3], table={"x": [0.5, 1.0], "height": 0.8})))
+    path.write_text(
+        json.dumps(_scene(point_object="l", point_target=[0.7, 0.3], table={"x": [0.5, 1.0], "height": 0.8}))
+    )
     scene = load_scene(path)
     assert scene.name == "kitchen"
     assert [(o.id, o.kind, o.colour, o.x, o.y, o.yaw) for o in scene.objects] == [
@@ -47,7 +49,10 @@ def test_every_kind_is_accepted_in_words_and_with_underscores():
 @pytest.mark.parametrize(
     ("fields", "text"),
     [
-        ({"objects": [{"id": "z", "kind": "zebra", "x": 0.6, "y": 0}]}, "object 'z': unknown kind 'zebra'; kinds are: banana"),
+        (
+            {"objects": [{"id": "z", "kind": "zebra", "x": 0.6, "y": 0}]},
+            "object 'z': unknown kind 'zebra'; kinds are: banana",
+        ),
         ({"objects": [{**LEMON, "colour": "mauve"}]}, "object 'l': unknown colour 'mauve'; colours are: red"),
         ({"objects": [LEMON, {**BOWL, "x": 0.61, "y": 0.05}]}, "objects 'l' and 'b' overlap"),
         ({"objects": [{**LEMON, "x": 1.2}]}, r"object 'l' at \(1.2, 0.1\) is not on the table: x must be between 0.45"),
@@ -75,7 +80,12 @@ def test_what_cannot_be_is_refused_by_name_in_one_line(fields, text):
 
 @pytest.mark.parametrize(
     ("content", "text"),
-    [(None, "there is no scene file"), ("{", "is not JSON"), ("[1]", "must be an object with the fields"), (b"\xff\xfe\x00", "cannot read")],
+    [
+        (None, "there is no scene file"),
+        ("{", "is not JSON"),
+        ("[1]", "must be an object with the fields"),
+        (b"\xff\xfe\x00", "cannot read"),
+    ],
 )
 def test_a_bad_file_is_one_line_with_its_name(tmp_path, content, text):
     path = tmp_path / "s.json"

@@ -81,7 +81,12 @@ def test_lifting_falling_and_disturbing_are_told():
     assert not _judge(Meaning("lemon", "none"), LEMON).success
     assert "fell" in _judge(Meaning("lemon", "in", "bowl"), _state("lemon", "lemon", 0.3, 0.2, 0.03), BOWL).reason
     moved = _state("apple", "apple", 0.7, 0.2)
-    done = judge((LEMON, BOWL, APPLE), (_state("lemon", "lemon", 0.6, -0.1, 0.76), BOWL, moved), Meaning("lemon", "in", "bowl"), TABLE)
+    done = judge(
+        (LEMON, BOWL, APPLE),
+        (_state("lemon", "lemon", 0.6, -0.1, 0.76), BOWL, moved),
+        Meaning("lemon", "in", "bowl"),
+        TABLE,
+    )
     assert not done.success
     assert "apple was moved by 0.15 m" in done.reason
     assert done.as_dict()["others_moved_m"] == pytest.approx(0.15)

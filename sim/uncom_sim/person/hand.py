@@ -24,7 +24,7 @@ FloatArray = npt.NDArray[np.float64]
 
 INDEX_BASE, INDEX_TIP = 5, 8
 FOREARM_M = 0.25
-SLEEVE_M = 0.40
+SLEEVE_M = 0.66
 _STEP_M = 0.0045
 _BLEND_M = 0.0030
 
@@ -61,8 +61,9 @@ _SKINS: tuple[tuple[float, Rgb], ...] = (
 
 @dataclass(frozen=True, slots=True)
 class Hand:
-    """A hand to be shown: joints (21, 3) in the hand frame [m] and its painted surfaces."""
+    """A "left" or "right" hand to be shown: joints (21, 3) in the hand frame [m] and its painted surfaces."""
 
+    handedness: str
     joints: FloatArray
     parts: tuple[Part, ...]
 
@@ -95,7 +96,7 @@ def build_hand(handedness: str, size: float, tone: float, sleeve: Rgb) -> Hand:
     skin = Part(
         vertices * mirror * size, normals * mirror, np.column_stack([flush, np.full(len(flush), 0.5)]),
         faces[:, turn], _skin_tile(skin_colour(tone)))  # fmt: skip
-    return Hand(joints * mirror * size, (skin, _sleeve(sleeve, size, mirror, turn)))
+    return Hand(handedness, joints * mirror * size, (skin, _sleeve(sleeve, size, mirror, turn)))
 
 
 def joints_of_right_hand() -> FloatArray:
@@ -213,8 +214,8 @@ def _skin_tile(colour: Rgb) -> Tile:
 
 
 def _sleeve(colour: Rgb, size: float, mirror: FloatArray, turn: slice) -> Part:
-    x = np.array([-0.145, -0.150, -0.20, -0.26, -0.33, -SLEEVE_M])
-    radii = np.array([0.041, 0.0445, 0.049, 0.053, 0.056, 0.058])
+    x = np.array([-0.145, -0.150, -0.20, -0.28, -0.42, -SLEEVE_M])
+    radii = np.array([0.041, 0.0445, 0.049, 0.053, 0.057, 0.064])
     mesh = tube(np.column_stack([x, np.zeros(6), np.full(6, -0.002)]), radii, segments=24)
     return Part(
         np.array(mesh.vertices) * mirror * size, np.array(mesh.vertex_normals) * mirror,

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from uncom_sim.person.hand import Hand, build_hand
 from uncom_sim.person.phrases import find_phrases
-from uncom_sim.person.placement import ARM_AZIMUTH, Obstacle, Onlooker, Placement, looking_robot, place_hand
+from uncom_sim.person.placement import ARM_AZIMUTH, Obstacle, Placement, looking_robot, place_hand
 from uncom_sim.person.sound import recorded, with_pause
 from uncom_sim.person.traits import Traits, decide
 from uncom_sim.person.voice import speak
@@ -28,6 +28,7 @@ _DWELL_S = 0.25
 _AFTER_S = 1.2
 _LONGEST_PAUSE_S = 0.45
 _TREMOR_M = 0.0012
+_EASY_REACH_M = 0.55
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,10 +149,11 @@ def _placements(
     return chosen, options[chosen]
 
 
-def _place(
-    hand: Hand, target: FloatArray, side: str, obstacles: Sequence[Obstacle], table: Table, onlooker: Onlooker
-) -> Placement:
-    return place_hand(hand, target, side, obstacles, table, onlooker)
+def _reach_m(target: FloatArray, side: str, table: Table) -> float:
+    """How far from the edge where a person stands a place is [m]."""
+    if side == "far":
+        return table.x_max - float(target[0])
+    return table.y_max - float(target[1]) if side == "left" else float(target[1]) - table.y_min
 
 
 def _choreography(

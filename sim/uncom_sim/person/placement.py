@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial.transform import Rotation
 from uncom_common.camera import PinholeCamera
 
 from uncom_sim.person.hand import FOREARM_M, INDEX_BASE, INDEX_TIP, Hand
@@ -26,6 +27,8 @@ ARM_AZIMUTH = {"far": np.pi, "left": -np.pi / 2.0, "right": np.pi / 2.0}
 _TURNS = np.radians([0, -15, 15, -30, 30, -45, 45, -60, 60])
 _PITCHES = np.radians([26, 34, 42, 50])
 _DISTANCES = (0.10, 0.14, 0.19, 0.24)
+# People point with the thumb turned up somewhat; it also keeps the back of the hand in sight.
+_SUPINATION_RAD = np.radians(30.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +85,7 @@ def place_hand(
         azimuth = ARM_AZIMUTH[side] + turn
         direction = np.array([np.cos(azimuth) * np.cos(pitch), np.sin(azimuth) * np.cos(pitch), -np.sin(pitch)])
         pose = hand_pose(hand, target, direction, float(distance), onlooker)
-        cost = _discomfort(float(turn), float(pitch), float(distance))
+        cost = _discomfort(float(turn), float(pitch), float(distance), float(direction[0]))
         if best is not None and cost >= best.cost:
             continue
         cost += _cost(hand, pose, target, obstacles, table, onlooker)
@@ -97,7 +100,9 @@ def hand_pose(hand: Hand, target: FloatArray, direction: FloatArray, distance: f
     """Return the pose (4, 4) with the index finger along a direction (3,), its tip at a distance [m] from a target."""
     to_camera = onlooker.pose[:3, 3] - target
     up = np.array([0.0, 0.0, 1.0]) + 0.45 * to_camera / np.linalg.norm(to_camera)
-    rotation = _axes(direction, up) @ _axes(hand.pointing_axis, np.array([0.0, 0.0, 1.0])).T
+    thumb_side = 1.0 if hand.handedness == "right" else -1.0
+    turn = Rotation.from_rotvec(thumb_side * _SUPINATION_RAD * direction).as_matrix()
+    rotation = turn @ _axes(direction, up) @ _axes(hand.pointing_axis, np.array([0.0, 0.0, 1.0])).T
     pose = np.eye(4)
     pose[:3, :3] = rotation
     pose[:3, 3] = target - distance * direction - rotation @ hand.joints[INDEX_TIP]
@@ -110,8 +115,9 @@ def _axes(forward: FloatArray, up: FloatArray) -> FloatArray:
     return np.column_stack([forward, np.cross(z, forward), z])
 
 
-def _discomfort(turn: float, pitch: float, distance: float) -> float:
-    return 0.6 * abs(turn) + 0.8 * abs(pitch - np.radians(36)) + 1.5 * abs(distance - 0.14)
+def _discomfort(turn: float, pitch: float, distance: float, away: float) -> float:
+    """Cost of a pose in itself; pointing away from the onlooker hides the finger behind the hand."""
+    return 0.6 * abs(turn) + 0.8 * abs(pitch - np.radians(34)) + 1.5 * abs(distance - 0.14) + 1.5 * max(away, 0.0)
 
 
 def _cost(
