@@ -112,7 +112,7 @@ class Simulator:
         }
         self.base = DiffDrive()
         self.microphone = Microphone(self.world.person.samples, self.options.start_time_s, seed)
-        self._camera = NoisyCamera(self.options.noise, seed)
+        self._camera = NoisyCamera(self.options.noise, seed, HEAD_CAMERA.height, HEAD_CAMERA.width)
         self._steps = 0
         self._person_start_s: float | None = None
         links = self.robot.links
@@ -125,8 +125,11 @@ class Simulator:
         # The camera is inside the model of the head.
         head = {(self.robot.body, links[name]) for name in ("head_1_link", "head_2_link")}
         self._seen_from_head = self._stage.faces(without=head)
-        table = scene.table
-        self._rasteriser = Rasteriser(self._stage, (table.x_min, (table.y_min + table.y_max) / 2.0, table.height))
+        table, world = scene.table, self.world
+        standing = {self.robot.body, world.table_body, world.hand_body, *world.object_bodies.values()}
+        casters = self._stage.faces(only=standing)
+        middle = (table.x_min, (table.y_min + table.y_max) / 2.0, table.height)
+        self._rasteriser = Rasteriser(self._stage, middle, casters)
         self._overview = look_at((table.x_max + 1.05, 1.5, 1.75), (0.45, -0.05, 0.78))
 
     def _surfaces(self) -> list[Surface]:

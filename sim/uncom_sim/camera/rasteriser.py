@@ -45,12 +45,13 @@ class ShadowMap:
 class Rasteriser:
     """Draws a stage."""
 
-    def __init__(self, stage: Stage, middle: npt.ArrayLike) -> None:
-        """Draw a stage with shadows around its middle (3,) [m]."""
+    def __init__(self, stage: Stage, middle: npt.ArrayLike, casters: IntArray) -> None:
+        """Draw a stage with the shadows of some of its triangles (M, 3) around its middle (3,) [m]."""
         self._stage = stage
+        self._casters = casters
         self._middle = np.asarray(middle, dtype=float)
         self._settings = cv2.TriangleRasterizeSettings()
-        self._settings.setCullingMode(cv2.RASTERIZE_CULLING_NONE)
+        self._settings.setCullingMode(cv2.RASTERIZE_CULLING_CW)
         self._settings.setShadingType(cv2.RASTERIZE_SHADING_SHADED)
 
     def render(
@@ -63,14 +64,14 @@ class Rasteriser:
         shadows: bool = True,
     ) -> tuple[Rgb, Depth]:
         """Return rgb (H, W, 3) and depth (H, W) [m], infinite where nothing is, of the stage as last updated."""
-        attributes, depth = self._draw(camera, optical_to_world, self._ahead(optical_to_world, faces))
+        attributes, depth = self._draw(camera, optical_to_world, faces)
         atlas = self._stage.atlas
         places = attributes[..., :2] * np.array([atlas.shape[1], atlas.shape[0]], np.float32)
         colours = cv2.remap(atlas, np.ascontiguousarray(places), None, cv2.INTER_LINEAR).astype(np.float32)
         facing = np.ascontiguousarray(attributes[..., 2])
         empty = depth >= 0.999 * _FAR_M
         if shadows:
-            facing *= self._lit(camera, optical_to_world, depth, self._shadow_map(light, faces))
+            facing *= self._lit(camera, optical_to_world, depth, self._shadow_map(light))
         shade = np.float32(light.ambient) + np.float32(light.diffuse) * facing
         colours *= shade[..., None] * np.array(light.colour, np.float32)
         colours[empty] = _SKY
@@ -79,11 +80,24 @@ class Rasteriser:
         soft = cv2.GaussianBlur(colours, (3, 3), 0.5)
         return cv2.convertScaleAbs(soft), depth
 
-    def _ahead(self, pose: FloatArray, faces: IntArray) -> IntArray:
-        """Return the triangles that lie wholly before the camera; the rasteriser does not clip the others."""
-        forward = pose[:3, 2].astype(np.float32)
-        ahead = self._stage.vertices @ forward > np.float32(pose[:3, 3] @ pose[:3, 2] + _NEAR_M)
-        return np.ascontiguousarray(faces[ahead[faces].all(axis=1)])
+    def _in_view(self, camera: PinholeCamera, pose: FloatArray, faces: IntArray) -> IntArray:
+        """Return the triangles before the camera that may be in its picture.
+
+        The rasteriser does not clip those that reach behind the camera, and spends its time on those beside it.
+        """
+        to_camera = invert(pose).astype(np.float32)
+        points = self._stage.vertices @ to_camera[:3, :3].T + to_camera[:3, 3]
+        x, y, z = points[:, 0], points[:, 1], points[:, 2]
+        c = camera
+        outside = (x * np.float32(c.fx / (c.cx + 1.0)) < -z).astype(np.uint8)
+        outside |= (x * np.float32(c.fx / (c.width - c.cx)) > z).astype(np.uint8) << 1
+        outside |= (y * np.float32(c.fy / (c.cy + 1.0)) < -z).astype(np.uint8) << 2
+        outside |= (y * np.float32(c.fy / (c.height - c.cy)) > z).astype(np.uint8) << 3
+        ahead = z > np.float32(_NEAR_M)
+        first, second, third = faces.T
+        seen = (outside[first] & outside[second] & outside[third]) == 0
+        seen &= ahead[first] & ahead[second] & ahead[third]
+        return np.ascontiguousarray(faces[seen])
 
     def _draw(self, camera: PinholeCamera, pose: FloatArray, faces: IntArray) -> tuple[npt.NDArray[np.float32], Depth]:
         """Rasterise attributes (H, W, 3) and depth (H, W).
@@ -96,7 +110,7 @@ class Rasteriser:
         depth = np.full((height, width), _FAR_M, np.float32)
         cv2.triangleRasterize(
             self._stage.vertices[None],
-            faces[None],
+            self._in_view(c, pose, faces)[None],
             self._stage.attributes[None],
             attributes,
             depth,
@@ -110,7 +124,7 @@ class Rasteriser:
         rows, columns = slice(top, top + c.height), slice(left, left + c.width)
         return np.ascontiguousarray(attributes[rows, columns]), np.ascontiguousarray(depth[rows, columns])
 
-    def _shadow_map(self, light: Light, faces: IntArray) -> ShadowMap:
+    def _shadow_map(self, light: Light) -> ShadowMap:
         direction = np.asarray(light.direction, dtype=float)
         eye = self._middle + _LAMP_M * direction / np.linalg.norm(direction)
         if abs(direction[0]) + abs(direction[1]) < 1e-6:
@@ -118,10 +132,11 @@ class Rasteriser:
         pose = look_at(eye, self._middle)
         focal = _SHADOW_PX / 2.0 * _LAMP_M / _LIT_RADIUS_M
         middle = (_SHADOW_PX - 1) / 2.0
+        lamp = PinholeCamera(_SHADOW_PX, _SHADOW_PX, focal, focal, middle, middle)
         depth = np.full((_SHADOW_PX, _SHADOW_PX), _FAR_M, np.float32)
         cv2.triangleRasterizeDepth(
             self._stage.vertices[None],
-            faces[None],
+            self._in_view(lamp, pose, self._casters)[None],
             depth,
             _world_to_gl(pose),
             2.0 * np.arctan(_SHADOW_PX / 2.0 / focal),
@@ -129,7 +144,7 @@ class Rasteriser:
             _FAR_M,
             self._settings,
         )
-        return ShadowMap(depth, invert(pose), PinholeCamera(_SHADOW_PX, _SHADOW_PX, focal, focal, middle, middle))
+        return ShadowMap(depth, invert(pose), lamp)
 
     @staticmethod
     def _lit(camera: PinholeCamera, pose: FloatArray, depth: Depth, shadow: ShadowMap) -> npt.NDArray[np.float32]:

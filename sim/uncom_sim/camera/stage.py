@@ -66,9 +66,10 @@ class Stage:
         else:
             self._pieces.append(_Piece(surface.body, surface.link, rows, vertices, normals))
 
-    def faces(self, without: Collection[tuple[int, int]] = ()) -> IntArray:
-        """Return the triangles (M, 3) of all surfaces but those of some (body, link)."""
-        return np.concatenate([f for body, link, f in self._faces if (body, link) not in without])
+    def faces(self, without: Collection[tuple[int, int]] = (), only: Collection[int] | None = None) -> IntArray:
+        """Return the triangles (M, 3) of all surfaces but those of some (body, link), of all bodies or only some."""
+        kept = [(body, f) for body, link, f in self._faces if (body, link) not in without]
+        return np.concatenate([f for body, f in kept if only is None or body in only])
 
     def update(self, light: npt.ArrayLike) -> None:
         """Put everything where its body is now; `light` (3,) points to the lamp."""

@@ -99,7 +99,9 @@ def _mesh(file: str, scale: FloatArray) -> tuple[Any, Any, Any, Any]:
     vertices, normals, faces = read_light_mesh(Path(file))
     turned = normals / scale
     turned = turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-9)
-    return vertices * scale, turned, np.full((len(vertices), 2), 0.5), faces
+    # A mirrored mesh would show its inside.
+    outward = faces if np.prod(scale) > 0.0 else faces[:, ::-1]
+    return vertices * scale, turned, np.full((len(vertices), 2), 0.5), outward
 
 
 def _box(size: Sequence[float]) -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[np.int64]]:
