@@ -141,19 +141,19 @@ def _placements(
     onlooker = looking_robot()
     sides = SIDES if side is None else (side,)
     options = {
-        s: {role: _place(hand, at, s, obstacles, table, onlooker) for role, at in targets.items()} for s in sides
+        s: {role: place_hand(hand, at, s, obstacles, table, onlooker) for role, at in targets.items()} for s in sides
     }
-    costs = {s: max(placement.cost for placement in poses.values()) for s, poses in options.items()}
+    costs = {s: max(_effort(p, s, table) for p in poses.values()) for s, poses in options.items()}
     good = [s for s in sides if costs[s] <= min(costs.values()) + 0.25]
     chosen = good[int(rng.integers(len(good)))]
     return chosen, options[chosen]
 
 
-def _reach_m(target: FloatArray, side: str, table: Table) -> float:
-    """How far from the edge where a person stands a place is [m]."""
-    if side == "far":
-        return table.x_max - float(target[0])
-    return table.y_max - float(target[1]) if side == "left" else float(target[1]) - table.y_min
+def _effort(placement: Placement, side: str, table: Table) -> float:
+    """Cost of a pose for someone who stands at a side of the table: reaching far over it is hard."""
+    x, y, _ = placement.target
+    reach = {"far": table.x_max - x, "left": table.y_max - y, "right": y - table.y_min}[side]
+    return placement.cost + 3.0 * max(float(reach) - _EASY_REACH_M, 0.0)
 
 
 def _choreography(
