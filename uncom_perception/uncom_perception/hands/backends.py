@@ -5,8 +5,7 @@ from __future__ import annotations
 
 from uncom_perception.config import GestureConfig
 from uncom_perception.exceptions import UnknownBackendError
-from uncom_perception.hands.finder import HandFinder
-from uncom_perception.hands.gesture import STYLES, GestureReader
+from uncom_perception.hands.gesture import STYLES, GestureReader, make_reader
 from uncom_perception.hands.mediapipe_hands import MediaPipeHands
 
 HAND_BACKENDS = ("mediapipe",)
@@ -25,5 +24,5 @@ def make_gesture_reader(config: GestureConfig) -> GestureReader:
         if style not in STYLES:
             raise UnknownBackendError("pointing style", style, STYLES)
     full = MediaPipeHands(min_detection_confidence=config.min_detection_confidence)
-    finder = HandFinder(full, keep_s=config.keep_s)
-    return GestureReader(finder, [STYLES[name]() for name in config.styles], config.min_evidence)
+    lite = MediaPipeHands(min_detection_confidence=config.min_detection_confidence, lite=True)
+    return make_reader(full, lite, [STYLES[name]() for name in config.styles], config.min_evidence, config.keep_s)

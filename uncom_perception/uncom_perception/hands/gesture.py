@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from uncom_common.camera import PinholeCamera
 
-from uncom_perception.hands.detector import RawHand, RgbImage
+from uncom_perception.hands.detector import HandDetector, RawHand, RgbImage
 from uncom_perception.hands.finder import HandFinder
 from uncom_perception.hands.rays import DepthImage, hand_depth, image_ray, metric_ray
 from uncom_perception.hands.styles.index import IndexStyle
@@ -23,13 +23,32 @@ STYLES: dict[str, type[PointingStyle]] = {style.name: style for style in (IndexS
 _MIN_PALM_M, _MAX_PALM_M = 0.03, 0.16
 
 
+def pointing_evidence(styles: Sequence[PointingStyle], hand: RawHand) -> tuple[float, PointingStyle]:
+    """Return the style that a hand shows best, and how sure that is, 0 to 1."""
+    pose = hand_pose(hand)
+    return max(((style.evidence(pose), style) for style in styles), key=lambda pair: pair[0])
+
+
+def make_reader(
+    full: HandDetector,
+    lite: HandDetector | None = None,
+    styles: Sequence[PointingStyle] = (),
+    min_evidence: float = 0.4,
+    keep_s: float = 0.7,
+) -> GestureReader:
+    """Put a finder and a reader together that use the same styles (all of them if none are given)."""
+    chosen = tuple(styles) or tuple(style() for style in STYLES.values())
+    finder = HandFinder(full, lite=lite, evidence=lambda hand: pointing_evidence(chosen, hand)[0], keep_s=keep_s)
+    return GestureReader(finder, chosen, min_evidence)
+
+
 class GestureReader:
     """Reads the hands of a stream of images; keeps the last hands, so use one for each camera."""
 
-    def __init__(self, finder: HandFinder, styles: Sequence[PointingStyle] = (), min_evidence: float = 0.4) -> None:
+    def __init__(self, finder: HandFinder, styles: Sequence[PointingStyle], min_evidence: float = 0.4) -> None:
         """Read with a finder; a hand points if the evidence for one of the styles is large enough."""
         self._finder = finder
-        self._styles = tuple(styles) or tuple(style() for style in STYLES.values())
+        self._styles = tuple(styles)
         self._min_evidence = min_evidence
         self._tips: dict[str, tuple[float, np.ndarray]] = {}
 
@@ -74,8 +93,7 @@ class GestureReader:
     def _ray(
         self, hand: RawHand, depth: DepthImage | None, camera: PinholeCamera | None
     ) -> tuple[PointingRay | None, float]:
-        pose = hand_pose(hand)
-        evidence, style = max(((s.evidence(pose), s) for s in self._styles), key=lambda pair: pair[0])
+        evidence, style = pointing_evidence(self._styles, hand)
         if evidence < self._min_evidence:
             return None, evidence
         ray = image_ray(hand, style.line, style.name)

@@ -9,8 +9,7 @@ from typing import Any
 from uncom_common.camera import PinholeCamera
 
 from uncom_perception.hands.detector import RgbImage
-from uncom_perception.hands.finder import HandFinder
-from uncom_perception.hands.gesture import GestureReader
+from uncom_perception.hands.gesture import make_reader
 from uncom_perception.hands.mediapipe_hands import MediaPipeHands
 from uncom_perception.hands.rays import DepthImage
 from uncom_perception.types import HandsFrame
@@ -31,7 +30,7 @@ def point_in_image(
         BackendUnavailableError: MediaPipe or its models are missing.
     """
     full, lite = _detectors()
-    return GestureReader(HandFinder(full, lite=lite)).read(image_rgb, 0.0, "", depth, camera, thorough=True)
+    return make_reader(full, lite).read(image_rgb, 0.0, "", depth, camera, thorough=True)
 
 
 def hands_to_json(frame: HandsFrame) -> dict[str, Any]:

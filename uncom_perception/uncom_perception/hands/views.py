@@ -34,7 +34,7 @@ class View:
             part = _stretch(part)
         part = np.rot90(part, self.quarter_turns)
         if self.scale != 1.0:
-            part = cv2.resize(np.ascontiguousarray(part), None, fx=self.scale, fy=self.scale)  # type: ignore[assignment]
+            part = cv2.resize(np.ascontiguousarray(part), None, fx=self.scale, fy=self.scale)
         return np.ascontiguousarray(part, dtype=np.uint8)
 
     def back(self, hand: RawHand) -> RawHand:

@@ -37,7 +37,7 @@ class ObjectDetector(ABC):
         hands: HandsFrame | None = None,
         stamp_s: float = 0.0,
     ) -> Scene:
-        """Return what is seen.
+        """Return what is seen; the caller knows the frame's name, frame_id stays empty.
 
         Args:
             image_rgb: (H, W, 3) uint8.

@@ -84,7 +84,8 @@ class Lexicon:
     def find(self, words: str) -> Noun | ThingClass | None:
         """Return what a noun of one or more words (singular or plural) means, or None."""
         for name in _singulars(words):
-            for entry in (*self.nouns.values(), *self.classes.values()):
+            entries: list[Noun | ThingClass] = [*self.nouns.values(), *self.classes.values()]
+            for entry in entries:
                 if name == entry.name or name in entry.aliases:
                     return entry
         return None

@@ -16,9 +16,9 @@ from uncom_perception.objects.shape import Shape
 
 FloatArray = npt.NDArray[np.float64]
 
-_IGNORED = frozenset(
-    ["a", "an", "the", "this", "that", "these", "those", "my", "your", "his", "her", "its", "our", "their", "some", "any", "please", "of", "other", "another", "same", "very", "really", "here", "there", "it", "them", "all", "both", "up", "on"]
-)
+_IGNORED_WORDS = """a an the this that these those my your his her its our their some any please of other another same very
+    really here there it them all both"""
+_IGNORED = frozenset(_IGNORED_WORDS.split())
 #: word -> (measure, sign): ranks the things that the rest of the phrase fits
 _RANKS: dict[str, tuple[str, int]] = {
     **dict.fromkeys(("big", "large", "huge", "great"), ("size", 1)),

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Sequence
 
@@ -67,18 +68,17 @@ class PictureDetector(ObjectDetector):
         ]
         gain = exposure(image_rgb)
         found = [Thing(None, name_colours(image_rgb[m], gain), float(np.sqrt(m.sum()))) for m in masks]
-        return answer(
+        scene = answer(
             self._matcher,
             [(mask, None) for mask in masks],
             found,
             _surface(table, scale),
             phrases,
             stamp_s=stamp_s,
-            frame_id="",
             backend=self.name,
-            latency_s=time.perf_counter() - start,
             trust=_TRUST,
         )
+        return dataclasses.replace(scene, latency_s=time.perf_counter() - start)
 
 
 def _table_and_things(lab: npt.NDArray[np.float32]) -> tuple[Mask, Mask]:

@@ -86,8 +86,8 @@ def find_table_plane(points: PointImage, up: FloatArray, *, gravity_known: bool,
     Raises:
         TableNotFoundError: there is no plane large enough.
     """
-    flat = points[::4, ::4].reshape(-1, 3)
-    flat = flat[np.isfinite(flat[:, 2])].astype(float)
+    sparse = points[::4, ::4].reshape(-1, 3)
+    flat: FloatArray = np.asarray(sparse[np.isfinite(sparse[:, 2])], dtype=float)
     if gravity_known:
         z = flat @ up
         flat = flat[(z > _MIN_TABLE_Z_M) & (z < _MAX_TABLE_Z_M)]
@@ -123,7 +123,7 @@ def _above(plane: Plane, other: Plane, score_ratio: float) -> bool:
 
 def _fit_once(flat: FloatArray, up: FloatArray, *, gravity_known: bool, rng: np.random.Generator) -> Plane | None:
     limit = _MAX_TILT_BASE if gravity_known else _MAX_TILT_CAMERA
-    sample = flat[rng.choice(len(flat), min(_SAMPLE, len(flat)), replace=False)]
+    sample: FloatArray = flat[rng.choice(len(flat), min(_SAMPLE, len(flat)), replace=False)]
 
     def level(model: _PlaneModel, *_: object) -> bool:
         return model.params is not None and abs(float(model.params[0] @ up)) > limit

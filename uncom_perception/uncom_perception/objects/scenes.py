@@ -23,9 +23,7 @@ def answer(
     phrases: Sequence[str],
     *,
     stamp_s: float,
-    frame_id: str,
     backend: str,
-    latency_s: float,
     trust: float = 1.0,
 ) -> Scene:
     """Put the answer together; trust (0 to 1) lowers all scores of a back end that sees less."""
@@ -53,7 +51,7 @@ def answer(
                 phrase_scores=tuple(float(s[i]) for s in scores),
             )
         )
-    return Scene(stamp_s, frame_id, tuple(detections), table, tuple(none), backend, latency_s)
+    return Scene(stamp_s, "", tuple(detections), table, tuple(none), backend)
 
 
 def is_table(phrase: str) -> bool:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import time
 from collections.abc import Sequence
@@ -33,7 +34,7 @@ _FOLLOW_M = 0.25
 
 
 class TabletopDetector(ObjectDetector):
-    """Plane, outline, things on it, their attributes, and the phrases that fit them; without depth, the picture alone."""
+    """Plane, outline, things on it, their attributes, the phrases that fit them; without depth, the picture alone."""
 
     def __init__(self, lexicon: Lexicon | None = None) -> None:
         """Name things by a lexicon (the package's own if None)."""
@@ -65,17 +66,16 @@ class TabletopDetector(ObjectDetector):
         except TableNotFoundError:
             table, found = None, []
         things = [thing for _, _, thing in found]
-        return answer(
+        scene = answer(
             self._matcher,
             [(mask, body) for mask, body, _ in found],
             things,
             table,
             phrases,
             stamp_s=stamp_s,
-            frame_id="base_footprint" if camera_in_base is not None else "",
             backend=self.name if table is not None else f"{self.name}: no table seen",
-            latency_s=time.perf_counter() - start,
         )
+        return dataclasses.replace(scene, latency_s=time.perf_counter() - start)
 
     def _look(
         self,

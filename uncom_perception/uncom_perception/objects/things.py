@@ -116,7 +116,7 @@ def _without_specks(labels: LabelImage) -> LabelImage:
 
 
 def _label_boxes(labels: LabelImage) -> dict[int, tuple[slice, slice]]:
-    return {i + 1: box for i, box in enumerate(ndimage.find_objects(labels)) if box is not None}
+    return {i + 1: (box[0], box[1]) for i, box in enumerate(ndimage.find_objects(labels)) if box is not None}
 
 
 def _joined(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
@@ -186,12 +186,10 @@ def _is_thing(
     width = float(np.ptp(points[:, :2], axis=0).min())
     if np.percentile(points[:, 2], 4) < max(_FLOATING_M, 0.015 + 0.5 * width):
         return True
-    return not _hovers(surfaces, labels, label, box, camera)
+    return not _hovers(labels, label, box, camera)
 
 
-def _hovers(
-    surfaces: Surfaces, labels: LabelImage, label: int, box: tuple[slice, slice], camera: PinholeCamera
-) -> bool:
+def _hovers(labels: LabelImage, label: int, box: tuple[slice, slice], camera: PinholeCamera) -> bool:
     """Whether the bare table is seen below a thing that does not reach it."""
     own = (labels[box] == label).astype(np.uint8)
     padded = np.zeros((own.shape[0] + 8, own.shape[1]), np.uint8)

@@ -99,7 +99,7 @@ def _piece_at(mask: Mask, center: tuple[float, float]) -> Mask:
     piece = (labels == label).astype(np.uint8)
     contours, _ = cv2.findContours(piece, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     cv2.drawContours(piece, contours, -1, 1, cv2.FILLED)
-    return piece.astype(bool)
+    return np.asarray(piece.astype(bool))
 
 
 def _score(mask: Mask, box: Box) -> float:

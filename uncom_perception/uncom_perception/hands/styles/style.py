@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from uncom_perception.hands.detector import FINGERS, WRIST, FloatArray, RawHand
+from uncom_perception.hands.detector import FINGERS, MIDDLE_MCP, WRIST, FloatArray, RawHand
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,27 +31,33 @@ class Pose:
 
 
 def hand_pose(hand: RawHand) -> Pose:
-    """Judge the fingers by their joints in space, so that foreshortening does not count."""
-    world = hand.world
-    extension = {name: _extension(world, joints) for name, joints in FINGERS.items()}
+    """Judge the fingers by their joints in space and in the image, whichever shows a finger to be out.
+
+    Landmarks in space do not suffer from foreshortening, but their depth is a guess that at times bends a finger which
+    is plainly straight in the image; a curled finger looks straight and long in neither.
+    """
+    world, flat = hand.world, hand.landmarks[:, :2]
+    palm = np.linalg.norm(flat[WRIST] - flat[MIDDLE_MCP]) / max(hand.size_px, 1e-9)
+    trust = _logistic((float(palm) - 0.28) / 0.03)  # a palm seen end-on makes every finger look long
+    extension = {n: max(_extension(world, j), trust * _extension(flat, j, 0.93)) for n, j in FINGERS.items()}
     return Pose(**extension, spread_rad=_angle(world[8] - world[6], world[12] - world[10]))
 
 
-def _extension(world: FloatArray, joints: tuple[int, int, int, int]) -> float:
-    a, b, c, d = (world[j] for j in joints)
+def _extension(points: FloatArray, joints: tuple[int, int, int, int], least_straight: float = 0.82) -> float:
+    a, b, c, d = (points[j] for j in joints)
     length = np.linalg.norm(b - a) + np.linalg.norm(c - b) + np.linalg.norm(d - c)
-    straight = np.linalg.norm(d - a) / max(length, 1e-9)
-    reach = np.linalg.norm(d - world[WRIST]) / max(np.linalg.norm(b - world[WRIST]), 1e-9)
+    straight = np.linalg.norm(d - a) / np.maximum(length, 1e-9)
+    reach = np.linalg.norm(d - points[WRIST]) / np.maximum(np.linalg.norm(b - points[WRIST]), 1e-9)
     # A straight finger has reach 1.25 to 1.45 and straightness above 0.93, a curled one below 0.95 and 0.85.
-    return float(_logistic((reach - 1.08) / 0.06) * _logistic((straight - 0.82) / 0.03))
+    return float(_logistic((reach - 1.08) / 0.05) * _logistic((straight - least_straight) / 0.03))
 
 
-def _logistic(x: float) -> float:
+def _logistic(x: float | np.floating[Any]) -> float:
     return float(1.0 / (1.0 + np.exp(-np.clip(x, -30.0, 30.0))))
 
 
 def _angle(a: FloatArray, b: FloatArray) -> float:
-    cosine = a @ b / max(np.linalg.norm(a) * np.linalg.norm(b), 1e-12)
+    cosine = a @ b / np.maximum(np.linalg.norm(a) * np.linalg.norm(b), 1e-12)
     return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where something came into the picture: that is where to look again for a hand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from uncom_perception.hands.detector import FloatArray, RgbImage
+
+_WIDTH = 160
+_CHANGE = 16.0  # in Lab units with lightness at half weight: shadows hardly count
+_MIN_SHARE, _MAX_SHARE = 0.004, 0.35
+_LEARN = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class Newcomer:
+    """A changed region: its tip (2,) [px], the part furthest in from the image's border, and its length [px]."""
+
+    tip: FloatArray
+    center: FloatArray
+    length: float
+
+
+class MotionWatch:
+    """Keeps a picture of the scene without hands and says what has changed since."""
+
+    def __init__(self) -> None:
+        """Know nothing yet."""
+        self._background: npt.NDArray[np.float32] | None = None
+
+    def changed(self, image_rgb: RgbImage) -> Newcomer | None:
+        """Return the largest thing that was not there before, or None; a moved camera starts anew."""
+        small = _reduced(image_rgb)
+        if self._background is None or self._background.shape != small.shape:
+            self._background = small
+            return None
+        change = np.linalg.norm((small - self._background) * np.array([0.5, 1.0, 1.0], np.float32), axis=2) > _CHANGE
+        mask = cv2.morphologyEx(change.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+        share = float(mask.mean())
+        if share > _MAX_SHARE:
+            self._background = small
+            return None
+        if share < _MIN_SHARE:
+            self._background += _LEARN * (small - self._background)
+            return None
+        count, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
+        label = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax()) if count > 1 else 0
+        if label == 0 or stats[label, cv2.CC_STAT_AREA] < _MIN_SHARE * mask.size:
+            return None
+        return _newcomer(labels == label, image_rgb.shape[1] / small.shape[1])
+
+
+def _reduced(image_rgb: RgbImage) -> npt.NDArray[np.float32]:
+    height = max(1, round(image_rgb.shape[0] * _WIDTH / image_rgb.shape[1]))
+    small = cv2.resize(image_rgb, (_WIDTH, height), interpolation=cv2.INTER_AREA)
+    return np.asarray(cv2.cvtColor(small.astype(np.float32) / 255.0, cv2.COLOR_RGB2LAB), dtype=np.float32)
+
+
+def _newcomer(region: npt.NDArray[np.bool_], scale: float) -> Newcomer:
+    height, width = region.shape
+    v, u = np.nonzero(region)
+    border = np.minimum.reduce([u, v, width - 1 - u, height - 1 - v])
+    entered = border <= 1
+    if entered.any():
+        entry = np.array([u[entered].mean(), v[entered].mean()])
+        distance = np.hypot(u - entry[0], v - entry[1])
+    else:
+        distance = border.astype(float)
+    far = distance >= np.percentile(distance, 92)
+    tip = np.array([u[far].mean(), v[far].mean()])
+    length = max(np.ptp(u), np.ptp(v)) + 1.0
+    return Newcomer(tip * scale, np.array([u.mean(), v.mean()]) * scale, float(length) * scale)
