@@ -3,8 +3,8 @@
 
 Factors of a candidate (natural logs): `words` (the detector's probability of the phrase), `ray` (gesture, see
 pointing.ray_log), `relation` (to its anchor, "the cup next to the bottle"), `compared` ("the left one", "the biggest"),
-`discourse` ("it", "the other one"), `plausible` (a receiving thing should be able to receive), `reach`. "none" stands
-for everything that was not seen; a gesture means nothing for it (log 0).
+`rival` (another noun of the command fits the thing better), `discourse` ("it", "the other one"), `plausible` (a receiving
+thing should be able to receive), `reach`. "none" stands for everything that was not seen.
 """
 
 from __future__ import annotations
@@ -17,7 +17,16 @@ from uncom_language.types import Primitive, Reference, Relation, Span
 from uncom_perception.types import Detection
 
 from uncom_reasoner.context import Context
-from uncom_reasoner.phrases import CONTAINER, OBJECTS, comparisons, is_bare, is_pronoun
+from uncom_reasoner.phrases import (
+    CONTAINER,
+    OBJECTS,
+    comparisons,
+    is_bare,
+    is_place_word,
+    is_pronoun,
+    is_table,
+    references_of,
+)
 from uncom_reasoner.pointing import PointingError, pointing_error, ray_log
 from uncom_reasoner.posterior import NONE, label_of, normalised
 from uncom_reasoner.rays import phrase_ray, phrase_span
@@ -27,6 +36,7 @@ from uncom_reasoner.types import Candidate, Factor, FloatArray, PhraseRay
 
 LEAST = 1e-6
 KIND_SHARE = 0.2  # things whose score is this share of the best are of the kind that is compared
+MOST_RIVAL = -3.0
 RANK_LOG = -2.5  # for each place in the order of a comparison
 
 
@@ -48,6 +58,8 @@ def weigh(query: Query, context: Context) -> tuple[Candidate, ...]:
     for detection, score in zip(context.things, scores, strict=True):
         if detection.id in terms:
             terms[detection.id]["words"] = context.weights.phrase * float(np.log(max(score, LEAST)))
+    if query.use_words:
+        _add_rival(query, context, terms, scores)
     _add_ray(query, context, terms)
     _add_anchor(query, context, terms)
     _add_comparison(query, context, terms, scores)
@@ -130,6 +142,27 @@ def _add_anchor(query: Query, context: Context, terms: dict[str, dict[str, float
             logs.append(np.log(max(anchor.probability, LEAST)) + fit)
         if logs and not context.footprints[thing_id].is_empty:
             factors["relation"] = context.weights.relation * float(np.logaddexp.reduce(logs))
+
+
+def _add_rival(query: Query, context: Context, terms: dict[str, dict[str, float]], scores: Sequence[float]) -> None:
+    """Doubt things that another noun of the command fits better: who says "banana" and "box" means two kinds."""
+    mine = query.reference
+    others = {
+        context.phrase(r)
+        for r in references_of(context.evidence.command)
+        if r is not mine and not is_bare(r) and not is_table(r) and not is_place_word(r) and r.head != mine.head
+    }
+    if is_bare(mine) or not others:
+        return
+    rivals = np.max([context.scores(phrase)[0] for phrase in sorted(others)], axis=0)
+    logs = {
+        d.id: max(float(np.log(max(score, LEAST) / max(score + rival, LEAST))), MOST_RIVAL)
+        for d, score, rival in zip(context.things, scores, rivals, strict=True)
+        if d.id in terms
+    }
+    best = max(logs.values(), default=0.0)
+    for thing_id, value in logs.items():
+        terms[thing_id]["rival"] = context.weights.rival * (value - best)
 
 
 def _add_comparison(

@@ -24,6 +24,7 @@ class Weights:
     position: float
     discourse: float
     plausible: float
+    rival: float
     stray_named: float
     stray_deictic: float
     boost_named: float
