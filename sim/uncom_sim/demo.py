@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -66,6 +66,7 @@ class _Seen:
     contacts: tuple[int, int]
     span_s: tuple[float, float]
     gave_up: str
+    cpu_s: Mapping[str, float]
 
 
 def run_demo(options: DemoOptions, say: Say) -> DemoResult:
@@ -89,7 +90,7 @@ def _wanted_domain() -> str | None:
 
 
 def _run_graph(options: DemoOptions, scene_file: Path, domain: int, times: _Times, say: Say) -> _Seen:
-    say(f"{'starting':<{progress.HEAD_WIDTH}}six nodes and the simulator (ROS domain {domain})")
+    say(progress.head("starting", f"six nodes and the simulator (ROS domain {domain})"))
 
     def tell(event: Event) -> None:
         words = progress.line(event)
@@ -112,14 +113,15 @@ def _run_graph(options: DemoOptions, scene_file: Path, domain: int, times: _Time
             _wait_until_up(graph, listeners)
             times.mark("start")
             begin_s = listeners.demo.now_s
-            say(f"{'person':<{progress.HEAD_WIDTH}}speaks and points")
+            say(progress.head("person", "speaks and points"))
             listeners.demo.begin()
             gave_up = _wait_until_done(graph, listeners, options.timeout_s)
             times.mark("run")
             before, after, *contacts = listeners.demo.truth()
             end_s = listeners.demo.now_s
+            cpu_s = {**graph.cpu_times_s(), "demo": time.process_time()}
             record = listeners.record()
-    return _Seen(record, before, after, (contacts[0], contacts[1]), (begin_s, end_s), gave_up)
+    return _Seen(record, before, after, (contacts[0], contacts[1]), (begin_s, end_s), gave_up, cpu_s)
 
 
 def _wait_until_up(graph: GraphProcesses, listeners: Listeners) -> None:
@@ -177,8 +179,13 @@ def _finish(options: DemoOptions, seen: _Seen, times: _Times, say: Say) -> DemoR
         backends=summary.backends(record),
         artifacts={},
     )
-    timings = {**summary.timings(record), **{f"wall_{name}": value for name, value in times.marks.items()}}
-    say(f"{'writing':<{progress.HEAD_WIDTH}}report, video and bag to {options.folder}")
+    timings = {
+        **summary.timings(record),
+        **{f"cpu_{name}": round(value, 2) for name, value in seen.cpu_s.items()},
+        "simulated": round(seen.span_s[1] - seen.span_s[0], 3),
+        **{f"wall_{name}": value for name, value in times.marks.items()},
+    }
+    say(progress.head("writing", f"report, video and bag to {options.folder}"))
     made = artifacts.write_all(
         options.folder,
         f"UNCOM demo: {scene.name}, seed {options.seed}",

@@ -156,6 +156,20 @@ class GraphProcesses:
                 how = f"was ended by signal {-status}" if status < 0 else f"ended with status {status}"
                 raise GraphError(running.spec.name, f"{how} (log: {running.log})", last_lines(running.log))
 
+    def cpu_times_s(self) -> dict[str, float]:
+        """Return the processor time of each node so far [s]; empty where /proc does not tell."""
+        ticks = os.sysconf("SC_CLK_TCK")
+        times = {}
+        for running in self._running:
+            try:
+                text = Path(f"/proc/{running.process.pid}/stat").read_text(encoding="utf-8")
+            except OSError:
+                continue
+            # The second field, the program's name in parentheses, may hold blanks.
+            user, system = text.rpartition(")")[2].split()[11:13]
+            times[running.spec.name] = (int(user) + int(system)) / ticks
+        return times
+
     def stop(self, patience_s: float = 4.0) -> None:
         """End every node: SIGINT in reverse order of starting, SIGKILL for what is left after `patience_s`."""
         for running in reversed(self._running):

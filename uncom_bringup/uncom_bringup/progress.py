@@ -9,7 +9,7 @@ from typing import Any
 from uncom_bringup import run_record as kinds
 from uncom_bringup.run_record import ACT_COMMAND, ACT_NAMES, STATUS_GROUNDED, STATUS_NAMES, Event
 
-HEAD_WIDTH = 12
+HEAD_WIDTH = 14
 
 
 def line(event: Event) -> str | None:
@@ -18,8 +18,12 @@ def line(event: Event) -> str | None:
     text = make(event.data) if make else None
     if text is None:
         return None
-    head, _, tail = text.partition("|")
-    return f"{head:<{HEAD_WIDTH}}{tail}"
+    return head(*text.split("|", 1))
+
+
+def head(name: str, words: str) -> str:
+    """Put a name before words, all names equally wide."""
+    return f"{name:<{HEAD_WIDTH - 1}} {words}"
 
 
 def _transcript(data: Mapping[str, Any]) -> str:

@@ -70,7 +70,7 @@ def understand(
         DomainClaim(os.environ.get("ROS_DOMAIN_ID")) as claim,
         GraphProcesses(folder / "log", claim.domain, parameter_files) as graph,
     ):
-        say(f"{'starting':<{progress.HEAD_WIDTH}}five nodes (ROS domain {claim.domain})")
+        say(progress.head("starting", f"five nodes (ROS domain {claim.domain})"))
         for spec in UNDERSTANDING:
             graph.start(spec, {"use_sim_time": True})
         record = _Session(claim.domain, bag, tell).run(graph, rate, say)
@@ -96,7 +96,7 @@ class _Session:
         thread.start()
         try:
             self._wait_until_up(graph)
-            say(f"{'playing':<{progress.HEAD_WIDTH}}{self._bag.duration_s:.1f} s at rate {rate:g}")
+            say(progress.head("playing", f"{self._bag.duration_s:.1f} s at rate {rate:g}"))
             play(self._bag, self._player, rate, self._player.published_topics, graph.check)
             self._wait_for_answers(graph, rate)
             return self._monitor.record()

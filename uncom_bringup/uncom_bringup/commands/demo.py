@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from uncom_bringup import output
+from uncom_bringup import output, progress
 from uncom_bringup.commands.common import SubParsers, add_json, natural_number, output_folder, positive_float
 from uncom_bringup.exceptions import BadInputError
 
@@ -63,6 +63,6 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         output.emit_json(result.to_json())
     else:
-        say(f"{'report':<12}{result.artifacts['report']}")
+        say(progress.head("report", result.artifacts["report"]))
         say(result.in_words())
     return result.exit_status

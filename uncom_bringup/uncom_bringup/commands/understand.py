@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from uncom_bringup import output
+from uncom_bringup import output, progress
 from uncom_bringup.commands.common import SubParsers, add_json, output_folder, positive_float
 from uncom_bringup.exceptions import BadInputError
 
@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         output.emit_json(result)
     else:
-        say(f"{'report':<12}{result['artifacts']['report']}")
+        say(progress.head("report", result["artifacts"]["report"]))
         if not result["success"]:
             say(f"FAILED: {result['reason']}")
     return 0 if result["success"] else 1
