@@ -15,23 +15,20 @@ FloatArray = npt.NDArray[np.float64]
 PointImage = npt.NDArray[np.float32]
 
 _VOXEL_M = 0.004
+_CROWD_M = 0.012
+_MAX_POINTS = 6000
 
 
 def clean_points(ground_points: PointImage, mask: Mask) -> npt.NDArray[np.float32]:
     """Return a thing's points (N, 3) on the ground, without the flying ones that depth cameras see at edges."""
-    inner = cv2.erode(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
-    use = inner if inner.sum() > 0.5 * mask.sum() else mask
-    points = ground_points[use]
+    points = ground_points[mask]
     points = points[np.isfinite(points).all(axis=1) & (points[:, 2] > -0.01)]
     if len(points) < 30:
         return points
-    cells = np.round(points / 0.012).astype(np.int64)
-    cells -= cells.min(axis=0)
-    size = cells.max(axis=0) + 1
-    _, place, count = np.unique(
-        (cells[:, 0] * size[1] + cells[:, 1]) * size[2] + cells[:, 2], return_inverse=True, return_counts=True
-    )
-    kept = points[count[place] >= 3]
+    points = points[:: max(1, len(points) // _MAX_POINTS)]
+    key = _cell_keys(points, _CROWD_M)
+    count = np.bincount(key)
+    kept = points[count[key] >= 3]
     return kept if len(kept) > 0.5 * len(points) else points
 
 
@@ -41,7 +38,7 @@ def geometry(ground_points: npt.NDArray[np.float32], ground: Ground) -> Geometry
     The box is turned about the ground's vertical only and stands on the ground; its first axis is the longer one.
     The centroid is the box's centre, which one-sided views shift less than the mean of the visible points.
     """
-    voxels = np.unique(np.round(ground_points / _VOXEL_M).astype(np.int32), axis=0, return_index=True)[1]
+    voxels = np.unique(_cell_keys(ground_points, _VOXEL_M), return_index=True)[1]
     cloud = ground_points[np.sort(voxels)]
     to_frame = invert(ground.to_ground)
     (x, y), (a, b), angle = cv2.minAreaRect(cv2.convexHull(ground_points[:, :2].astype(np.float32)))
@@ -59,3 +56,10 @@ def geometry(ground_points: npt.NDArray[np.float32], ground: Ground) -> Geometry
     lift = ground.plane.offset + cloud[:, 2] - in_frame @ ground.plane.normal
     in_frame = in_frame + lift[:, None] * ground.plane.normal
     return Geometry(pose[:3, 3].copy(), pose, np.array([a, b, height]), in_frame.astype(np.float32))
+
+
+def _cell_keys(points: npt.NDArray[np.float32], cell_m: float) -> npt.NDArray[np.int64]:
+    """Return a number for the cell of space that each point (N, 3) lies in."""
+    cells = np.round((points - points.min(axis=0)) / np.float32(cell_m)).astype(np.int64)
+    size = cells.max(axis=0) + 1
+    return np.asarray((cells[:, 0] * size[1] + cells[:, 1]) * size[2] + cells[:, 2])

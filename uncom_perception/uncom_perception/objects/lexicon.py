@@ -10,11 +10,15 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 import yaml
 
 from uncom_perception.exceptions import InvalidLexiconError
 from uncom_perception.objects.colour import COLOUR_NAMES, colour_probability
 from uncom_perception.objects.shape import Shape
+
+FloatArray = npt.NDArray[np.float64]
 
 #: What measures of household things range over; how special a range is, is its share of this (on a log scale if > 0).
 _BOUNDS: dict[str, tuple[float, float]] = {
@@ -33,6 +37,7 @@ _BOUNDS: dict[str, tuple[float, float]] = {
     "neck": (0.1, 2.0),
     "taper": (0.3, 2.5),
 }
+_MEASURES = tuple(_BOUNDS)
 _ABSOLUTE_SOFTNESS = {"handle": 0.008, "curvature": 0.03, "hollowness": 0.08, "cavity": 0.15, "roundness": 0.07}
 _FLOOR = 0.02  # a measure far outside its range counts against a word, but does not rule it out: it may be hidden
 _COLOUR_FLOOR = 0.12
@@ -50,20 +55,6 @@ class Noun:
     colours: Mapping[str, float] = field(default_factory=dict)
     shape: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
-    def log_likelihood(self, shape: Shape | None, colours: Mapping[str, float]) -> float:
-        """Return log P(measures | this thing) / P(measures | any thing)."""
-        total = 0.0
-        if shape is not None:
-            for name, (low, high) in self.shape.items():
-                fit = max(_soft_range(name, getattr(shape, name), low, high), _FLOOR)
-                total += math.log(fit) - math.log(_mass(name, low, high))
-        if self.colours:
-            shares = dict(colours)
-            fit = max((w * colour_probability(shares, c) for c, w in self.colours.items()), default=0.0)
-            mass = max(_COLOUR_MASS, sum(self.colours.values()) / len(COLOUR_NAMES))
-            total += math.log(max(fit, _COLOUR_FLOOR)) - math.log(mass)
-        return total
-
 
 @dataclass(frozen=True, slots=True)
 class ThingClass:
@@ -72,6 +63,43 @@ class ThingClass:
     name: str
     aliases: tuple[str, ...] = ()
     all_things: bool = False
+
+
+class Likelihoods:
+    """How likely the measures of a thing are for every noun at once."""
+
+    def __init__(self, nouns: Mapping[str, Noun]) -> None:
+        """Put the ranges of all nouns into arrays (nouns, measures)."""
+        self.names = tuple(nouns)
+        shape = (len(nouns), len(_BOUNDS))
+        self._low, self._high = np.full(shape, -np.inf), np.full(shape, np.inf)
+        self._soft_low, self._soft_high, self._log_mass = np.ones(shape), np.ones(shape), np.zeros(shape)
+        self._colours = np.zeros((len(nouns), len(COLOUR_NAMES)))
+        self._colour_log_mass = np.zeros(len(nouns))
+        for i, noun in enumerate(nouns.values()):
+            for name, (low, high) in noun.shape.items():
+                j = _MEASURES.index(name)
+                self._low[i, j], self._high[i, j] = low, high
+                self._soft_low[i, j], self._soft_high[i, j] = _softness(name, low), _softness(name, high)
+                self._log_mass[i, j] = math.log(_mass(name, low, high))
+            for colour, weight in noun.colours.items():
+                self._colours[i, COLOUR_NAMES.index(colour)] = weight
+            if noun.colours:
+                mass = max(_COLOUR_MASS, sum(noun.colours.values()) / len(COLOUR_NAMES))
+                self._colour_log_mass[i] = math.log(mass)
+
+    def log_ratios(self, shape: Shape | None, colours: Mapping[str, float]) -> FloatArray:
+        """Return log P(measures | noun) / P(measures | any thing) for every noun (N,)."""
+        total = np.zeros(len(self.names))
+        if shape is not None:
+            x = np.array([getattr(shape, name) for name in _MEASURES])
+            off = np.maximum(np.maximum((self._low - x) / self._soft_low, (x - self._high) / self._soft_high), 0.0)
+            total += (np.maximum(-0.5 * off**2, math.log(_FLOOR)) - self._log_mass).sum(axis=1)
+        shares = dict(colours)
+        fit = (self._colours * np.array([colour_probability(shares, name) for name in COLOUR_NAMES])).max(axis=1)
+        with_colour = self._colours.any(axis=1)
+        total += np.where(with_colour, np.log(np.maximum(fit, _COLOUR_FLOOR)) - self._colour_log_mass, 0.0)
+        return total
 
 
 @dataclass(frozen=True)
@@ -146,12 +174,8 @@ def _noun(key: str, value: Any, name: str) -> Noun:
     return Noun(key, tuple(entry.get("aliases") or ()), tuple(entry.get("is_a") or ()), weights, ranges)
 
 
-def _soft_range(name: str, x: float, low: float, high: float) -> float:
-    if low <= x <= high:
-        return 1.0
-    bound = low if x < low else high
-    softness = _ABSOLUTE_SOFTNESS.get(name, max(0.14 * bound, 0.003))
-    return math.exp(-0.5 * ((x - bound) / softness) ** 2)
+def _softness(name: str, bound: float) -> float:
+    return _ABSOLUTE_SOFTNESS.get(name, max(0.14 * abs(bound), 0.003))
 
 
 def _mass(name: str, low: float, high: float) -> float:

@@ -11,13 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from uncom_perception.objects.colour import COLOUR_WORDS, colour_probability
-from uncom_perception.objects.lexicon import Lexicon, Noun, ThingClass
+from uncom_perception.objects.lexicon import Lexicon, Likelihoods, Noun, ThingClass
 from uncom_perception.objects.shape import Shape
 
 FloatArray = npt.NDArray[np.float64]
 
-_IGNORED_WORDS = """a an the this that these those my your his her its our their some any please of other another same very
-    really here there it them all both"""
+_IGNORED_WORDS = """a an the this that these those my your his her its our their some any please of other
+    another same very really here there it them all both"""
 _IGNORED = frozenset(_IGNORED_WORDS.split())
 #: word -> (measure, sign): ranks the things that the rest of the phrase fits
 _RANKS: dict[str, tuple[str, int]] = {
@@ -36,11 +36,15 @@ _UNKNOWN_FIT = 0.3  # for a noun that the lexicon does not know: weak, the same 
 
 @dataclass(frozen=True, slots=True)
 class Thing:
-    """What is measured on a thing: shape (None without depth), colour shares, size relative to others [any unit]."""
+    """What is measured on a thing: shape (None without depth), colour shares, size relative to others [any unit].
+
+    nouns (N,) is the log likelihood ratio of each noun of the lexicon.
+    """
 
     shape: Shape | None
     colours: Mapping[str, float]
     size: float
+    nouns: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +65,7 @@ class PhraseMatcher:
     def __init__(self, lexicon: Lexicon) -> None:
         """Match by the words of a lexicon."""
         self._lexicon = lexicon
+        self._likelihoods = Likelihoods(lexicon.nouns)
 
     def parse(self, text: str) -> Phrase:
         """Take a phrase apart: the longest known noun at its end, adjectives before it."""
@@ -87,13 +92,16 @@ class PhraseMatcher:
                 unknown = word
         return Phrase(text, noun, unknown, tuple(colours), tuple(ranks), tuple(shapes))
 
+    def describe(self, shape: Shape | None, colours: Mapping[str, float], size: float) -> Thing:
+        """Return a thing with what every noun makes of its measures."""
+        return Thing(shape, colours, size, self._likelihoods.log_ratios(shape, colours))
+
     def label(self, thing: Thing) -> tuple[str, float]:
         """Return the best noun for a thing and its probability among all nouns (and an unknown kind of thing)."""
-        scores = self._log_likelihoods(thing)
-        best = max(scores, key=lambda name: scores[name])
-        top = scores[best]
-        total = sum(math.exp(s - top) for s in scores.values()) + math.exp(-top)
-        return best, 1.0 / total
+        best = int(thing.nouns.argmax())
+        top = max(float(thing.nouns[best]), 0.0)
+        total = float(np.exp(thing.nouns - top).sum()) + math.exp(-top)
+        return self._likelihoods.names[best], math.exp(float(thing.nouns[best]) - top) / total
 
     def fits(self, text: str, things: Sequence[Thing]) -> FloatArray:
         """Return for each thing (N,) how well a phrase fits it by itself, 0 to 1; ranks look at the others too."""
@@ -122,21 +130,17 @@ class PhraseMatcher:
             return _UNKNOWN_FIT if phrase.unknown_noun else 0.9
         if isinstance(phrase.noun, ThingClass):
             return 0.95 if phrase.noun.all_things else self._class_fit(phrase.noun, thing)
-        scores = self._log_likelihoods(thing)
-        own = scores.pop(phrase.noun.name)
+        index = self._likelihoods.names.index(phrase.noun.name)
+        own = float(thing.nouns[index])
         # Who says the word means such a thing: the best other word for it speaks against it, at half weight.
-        other = max(max(scores.values(), default=-50.0), 0.0)
+        other = max(float(np.delete(thing.nouns, index).max(initial=-50.0)), 0.0)
         return 1.0 / (1.0 + 0.5 * math.exp(float(np.clip(other - own, -30.0, 30.0))) + 0.1 * math.exp(min(30.0, -own)))
 
     def _class_fit(self, kind: ThingClass, thing: Thing) -> float:
-        scores = self._log_likelihoods(thing)
-        top = max(0.0, *scores.values())
-        weights = {name: math.exp(score - top) for name, score in scores.items()}
-        member = sum(w for name, w in weights.items() if kind.name in self._lexicon.nouns[name].is_a)
-        return float(member / (sum(weights.values()) + math.exp(-top)))
-
-    def _log_likelihoods(self, thing: Thing) -> dict[str, float]:
-        return {name: noun.log_likelihood(thing.shape, thing.colours) for name, noun in self._lexicon.nouns.items()}
+        top = max(0.0, float(thing.nouns.max()))
+        weights = np.exp(thing.nouns - top)
+        member = [kind.name in self._lexicon.nouns[name].is_a for name in self._likelihoods.names]
+        return float(weights[member].sum() / (weights.sum() + math.exp(-top)))
 
 
 def _between(value: float, low: float, high: float) -> float:

@@ -15,7 +15,7 @@ from uncom_common.camera import PinholeCamera
 
 from uncom_perception.objects.colour import exposure, name_colours
 from uncom_perception.objects.detector import DepthImage, FloatArray, ObjectDetector, RgbImage, check_images
-from uncom_perception.objects.phrases import PhraseMatcher, Thing
+from uncom_perception.objects.phrases import PhraseMatcher
 from uncom_perception.objects.scenes import answer
 from uncom_perception.objects.things import bare_skin
 from uncom_perception.types import HandsFrame, Mask, Scene, TableSurface
@@ -67,7 +67,7 @@ class PictureDetector(ObjectDetector):
             cv2.resize(m.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST).astype(bool) for m in _split(things)
         ]
         gain = exposure(image_rgb)
-        found = [Thing(None, name_colours(image_rgb[m], gain), float(np.sqrt(m.sum()))) for m in masks]
+        found = [self._matcher.describe(None, name_colours(image_rgb[m], gain), float(np.sqrt(m.sum()))) for m in masks]
         scene = answer(
             self._matcher,
             [(mask, None) for mask in masks],

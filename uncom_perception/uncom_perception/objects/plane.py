@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import dataclass
 
@@ -15,7 +16,7 @@ from uncom_perception.exceptions import TableNotFoundError
 FloatArray = npt.NDArray[np.float64]
 PointImage = npt.NDArray[np.float32]
 
-_SAMPLE = 2500
+_SAMPLE = 1500
 _INLIER_M = 0.008
 _MIN_SHARE = 0.04  # of the sampled points
 _MIN_TABLE_Z_M, _MAX_TABLE_Z_M = 0.25, 1.4  # over the floor: what may be a table where the base frame is known
@@ -46,8 +47,9 @@ class _PlaneModel:
 
     def estimate(self, data: FloatArray) -> bool:
         if len(data) == 3:
-            normal = np.cross(data[1] - data[0], data[2] - data[0])
-            length = np.linalg.norm(normal)
+            (ax, ay, az), (bx, by, bz) = (data[1] - data[0]).tolist(), (data[2] - data[0]).tolist()
+            normal = np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+            length = math.sqrt(float(normal @ normal))
             if length < 1e-4:  # the three lie on a line, or too near one another
                 return False
             normal = normal / length
@@ -110,6 +112,8 @@ def find_table_plane(points: PointImage, up: FloatArray, *, gravity_known: bool,
             best is None or score > best_score or _above(plane, best, score / best_score)
         ):
             best, best_score = plane, score
+        if gravity_known and inlier.sum() > 0.5 * total:
+            break
         flat = flat[~inlier]
     if best is None:
         raise TableNotFoundError("no table seen: no level surface is large enough; turn the camera to the table")
@@ -136,7 +140,7 @@ def _fit_once(flat: FloatArray, up: FloatArray, *, gravity_known: bool, rng: np.
             min_samples=3,
             residual_threshold=_INLIER_M,
             is_model_valid=level,
-            max_trials=300,
+            max_trials=120,
             stop_probability=0.999,
             rng=rng,
         )

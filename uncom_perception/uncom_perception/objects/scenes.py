@@ -68,6 +68,13 @@ def mask_box(mask: Mask) -> Box:
     return Box(float(columns[0]), float(rows[0]), float(columns[-1] + 1), float(rows[-1] + 1))
 
 
+def mask_slices(mask: Mask) -> tuple[slice, slice]:
+    """Return rows and columns of the box about a mask, one pixel wider."""
+    box = mask_box(mask)
+    rows = slice(max(0, int(box.y_min) - 1), int(box.y_max) + 1)
+    return rows, slice(max(0, int(box.x_min) - 1), int(box.x_max) + 1)
+
+
 def _attributes(thing: Thing) -> tuple[Attribute, ...]:
     found = [Attribute("colour", name, share) for name, share in thing.colours.items() if share >= _MIN_SHARE]
     if thing.shape is not None:

@@ -22,7 +22,7 @@ from uncom_perception.objects.lexicon import Lexicon, load_lexicon
 from uncom_perception.objects.phrases import PhraseMatcher, Thing
 from uncom_perception.objects.picture import PictureDetector
 from uncom_perception.objects.plane import find_table_plane
-from uncom_perception.objects.scenes import answer
+from uncom_perception.objects.scenes import answer, mask_slices
 from uncom_perception.objects.segments import Surfaces
 from uncom_perception.objects.shape import measure
 from uncom_perception.objects.table import Ground, TopDown, find_table, ground_frame, table_pixels
@@ -104,28 +104,31 @@ class TabletopDetector(ObjectDetector):
         masks = find_things(surfaces, on_table, near, follow, hands, camera)
         viewer = ground.project(pose[:3, 3][None])[0].astype(float)
         gain = exposure(image_rgb)
-        found = [_described(mask, image_rgb, ground_points, ground, viewer, gain) for mask in masks]
+        found = [self._described(mask, image_rgb, ground_points, ground, viewer, gain) for mask in masks]
         return table, [thing for thing in found if thing is not None]
+
+    def _described(
+        self,
+        mask: Mask,
+        image_rgb: RgbImage,
+        ground_points: npt.NDArray[np.float32],
+        ground: Ground,
+        viewer: FloatArray,
+        gain: float,
+    ) -> tuple[Mask, Geometry, Thing] | None:
+        box = mask_slices(mask)
+        part, points_part, image_part = mask[box], ground_points[box], image_rgb[box]
+        points = clean_points(points_part, part)
+        if len(points) < 20:
+            return None
+        shape = measure(points, viewer)
+        size = math.sqrt(shape.length * max(shape.width, shape.height))
+        inner = cv2.erode(part.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
+        pixels = image_part[inner if inner.sum() > 30 else part]
+        pixels = pixels[:: max(1, len(pixels) // 4000)]
+        return mask, geometry(points, ground), self._matcher.describe(shape, name_colours(pixels, gain), size)
 
 
 def _moved(points: npt.NDArray[np.float32], pose: FloatArray) -> npt.NDArray[np.float32]:
     flat = points.reshape(-1, 3) @ pose[:3, :3].T.astype(np.float32) + pose[:3, 3].astype(np.float32)
     return np.asarray(flat.reshape(points.shape), dtype=np.float32)
-
-
-def _described(
-    mask: Mask,
-    image_rgb: RgbImage,
-    ground_points: npt.NDArray[np.float32],
-    ground: Ground,
-    viewer: FloatArray,
-    gain: float,
-) -> tuple[Mask, Geometry, Thing] | None:
-    points = clean_points(ground_points, mask)
-    if len(points) < 20:
-        return None
-    shape = measure(points, viewer)
-    size = math.sqrt(shape.length * max(shape.width, shape.height))
-    inner = cv2.erode(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
-    pixels = image_rgb[inner if inner.sum() > 30 else mask]
-    return mask, geometry(points, ground), Thing(shape, name_colours(pixels, gain), size)

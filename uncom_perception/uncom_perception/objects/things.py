@@ -134,7 +134,7 @@ def _joined(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
     cells -= cells.min(axis=0)
     width = int(cells[:, 0].max()) + 3
     key = (cells[:, 1] + 1) * width + cells[:, 0] + 1
-    colours = np.array([np.median(surfaces.lab[used][ids == i], axis=0) for i in range(1, count + 1)])
+    colours = _label_colours(surfaces, labels)
     sizes = np.bincount(ids, minlength=count + 1)[1:]
     pairs = np.unique(np.column_stack([key, ids]), axis=0)
     contacts = np.zeros((count + 1, count + 1), np.int32)
@@ -160,6 +160,15 @@ def _joined(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
     roots = np.array([_root(parent, i) for i in range(count + 1)])
     renumber = np.unique(roots, return_inverse=True)[1].astype(np.int32)
     return np.asarray(renumber[labels], dtype=np.int32)
+
+
+def _label_colours(surfaces: Surfaces, labels: LabelImage) -> npt.NDArray[np.float32]:
+    """Return the median Lab colour of each label from 1 on."""
+    colours = np.zeros((int(labels.max()), 3), np.float32)
+    for label, box in _label_boxes(labels).items():
+        own = surfaces.lab[box][labels[box] == label]
+        colours[label - 1] = np.median(own[:: max(1, len(own) // 400)], axis=0)
+    return colours
 
 
 def _root(parent: npt.NDArray[np.int64], i: int) -> int:
