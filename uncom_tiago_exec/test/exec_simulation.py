@@ -9,7 +9,6 @@ import numpy as np
 from exec_fixtures import robot
 from PIL import Image
 from uncom_common.transforms import invert
-
 from uncom_perception.objects.tabletop import TabletopDetector
 from uncom_perception.types import Detection, Scene
 from uncom_sim.camera.views import HEAD_CAMERA

@@ -58,8 +58,15 @@ class ArmPlanner:
         group = self._group(gap)
         key = (round(gap / _GAP_STEP + 0.499), kind)
         if key not in self._checkers:
-            self._checkers[key] = CollisionChecker(group, obstacles, self.margins, contacts)
+            self._checkers[key] = self._at_home(CollisionChecker(group, obstacles, self.margins, contacts))
         return self._checkers[key]
+
+    def _at_home(self, checker: CollisionChecker) -> CollisionChecker:
+        """Let the start pose be: tucked arms are nearer to the body than the margin."""
+        home = self.group.clamp(self.start)
+        if not checker.is_free(home):
+            checker.relax_at(home)
+        return checker
 
     def free(self, gap: float) -> CollisionChecker:
         """Check motions with empty hand through the scene as it is."""
@@ -87,7 +94,8 @@ class ArmPlanner:
             Obstacle(s.name, s.shape, s.size, motion @ s.pose) for s in solids_of(self.scene.moved, pad=0.001)
         )
         obstacles = (*self.scene.obstacles(with_moved=False), *moved)
-        return CollisionChecker(self._group(gap), obstacles, self.margins, Contacts(fingers=touches))
+        checker = CollisionChecker(self._group(gap), obstacles, self.margins, Contacts(fingers=touches))
+        return self._at_home(checker)
 
     def transit(self, checker: CollisionChecker, start: FloatArray, goals: Sequence[FloatArray]) -> FloatArray:
         """Plan a free motion (N, 8)."""

@@ -26,7 +26,7 @@ class Margins:
 
     scene: float = 0.01
     fingers: float = 0.004
-    body: float = 0.004
+    body: float = 0.01
     held: float = 0.006
 
 

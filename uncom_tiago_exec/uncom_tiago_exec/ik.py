@@ -26,7 +26,7 @@ ROTATION_TOLERANCE = 5e-3  # [rad]
 class IkOptions:
     """Effort: iterations of one descent, random restarts, and how far from start a solution should be kept apart."""
 
-    iterations: int = 60
+    iterations: int = 50
     restarts: int = 20
     stall: int = 5
     distinct: float = 0.3
@@ -111,6 +111,8 @@ class IkSolver:
             UnreachableError: no descent reached the pose.
             InCollisionError: poses were reached, each in collision.
         """
+        if not self.group.within_reach(target):
+            raise UnreachableError(self._far(target))
         found: list[FloatArray] = []
         blocked: list[FloatArray] = []
         for start in self._starts(tuple(seeds), self.options.restarts if restarts is None else restarts):
@@ -129,8 +131,11 @@ class IkSolver:
             pairs = checker.touching(blocked[0])
             text = ", ".join(f"{a} and {b}" for a, b in pairs[:2])
             raise InCollisionError(f"the pose can only be reached through an obstacle ({text})", pairs)
+        raise UnreachableError(self._far(target))
+
+    def _far(self, target: FloatArray) -> str:
         position = ", ".join(f"{v:.2f}" for v in target[:3, 3])
-        raise UnreachableError(f"the {self.group.side} arm does not reach ({position})")
+        return f"the {self.group.side} arm does not reach ({position})"
 
     def _starts(self, seeds: Sequence[FloatArray], restarts: int) -> Iterable[FloatArray]:
         yield from seeds

@@ -67,7 +67,7 @@ class JointPlanner:
             straight = np.vstack([begin, goal])
             if self.checker.path_is_free(straight, self.options.recheck):
                 return straight
-        deadline = time.monotonic() + self.options.time_s
+        deadline = time.thread_time() + self.options.time_s
         for goal in ordered:
             path = self._search(begin, goal, deadline)
             if path is not None:
@@ -81,7 +81,7 @@ class JointPlanner:
     def _search(self, start: FloatArray, goal: FloatArray, deadline: float) -> FloatArray | None:
         resolution = self.options.resolution
         for _ in range(self.options.attempts):
-            remaining = deadline - time.monotonic()
+            remaining = deadline - time.thread_time()
             if remaining <= 0.0:
                 return None
             path = self._solve(start, goal, remaining, resolution)

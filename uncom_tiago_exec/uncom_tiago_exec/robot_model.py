@@ -12,8 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import coal
 import numpy as np
 import pinocchio as pin
+from scipy.spatial import ConvexHull
 
 from uncom_tiago_exec.exceptions import RobotModelError
 from uncom_tiago_exec.types import FloatArray, Side
@@ -95,8 +97,12 @@ class RobotModel:
         missing = sorted(wanted - set(self.model.names))
         if missing:
             raise RobotModelError(f"/robot_description lacks joints of a TIAGo++ with grippers: {', '.join(missing)}")
+        self._reach: dict[Side, float] = {}
         for name in [g.name for g in self.geometry.geometryObjects if _ignored(g)]:
             self.geometry.removeGeometryObject(name)
+        for geometry in self.geometry.geometryObjects:
+            if isinstance(geometry.geometry, coal.BVHModelBase):
+                geometry.geometry = _hull(geometry.geometry)
 
     def configuration(self, positions: Mapping[str, float]) -> FloatArray:
         """Return the full configuration with the given joints set and all others neutral."""
@@ -113,7 +119,9 @@ class RobotModel:
         wanted = group_joints(side)
         locked = [i for i in range(1, self.model.njoints) if self.model.names[i] not in wanted]
         model, geometry = pin.buildReducedModel(self.model, self.geometry, locked, self.configuration(positions))
-        return ArmGroup(side, model, geometry, self.gripper(side))
+        group = ArmGroup(side, model, geometry, self.gripper(side), reach=self._reach.get(side))
+        self._reach[side] = group.reach
+        return group
 
     def gripper(self, side: Side) -> GripperShape:
         """Measure the gripper's collision shapes in the grasping frame, fingers closed."""
@@ -154,6 +162,21 @@ class RobotModel:
         )
 
 
+def _hull(mesh: Any) -> Any:
+    """Return the convex hull of a mesh as a mesh: what controllers and simulators check is at most this.
+
+    It stays a bounding volume hierarchy: coal's own convex shapes miss contacts (coal issue 308).
+    """
+    vertices = np.array(mesh.vertices())
+    hull = coal.BVHModelOBBRSS()
+    triangles = ConvexHull(vertices).simplices
+    hull.beginModel(len(triangles), len(vertices))
+    for triangle in triangles:
+        hull.addTriangle(*(vertices[i] for i in triangle))
+    hull.endModel()
+    return hull
+
+
 def _ignored(geometry: Any) -> bool:
     return _IGNORED_LINKS.search(geometry.name) is not None
 
@@ -170,8 +193,16 @@ def _corners(geometry: Any, placement: Any) -> FloatArray:
 class ArmGroup:
     """Torso and one arm (8 joints) with kinematics of the grasping frame; other joints are part of the body."""
 
-    def __init__(self, side: Side, model: Any, geometry: Any, gripper: GripperShape, inset: float = 0.004) -> None:
-        """Wrap a reduced model; limits are kept `inset` [rad, m/10] inside those of the URDF."""
+    def __init__(
+        self,
+        side: Side,
+        model: Any,
+        geometry: Any,
+        gripper: GripperShape,
+        inset: float = 0.004,
+        reach: float | None = None,
+    ) -> None:
+        """Wrap a reduced model; limits are `inset` [rad, m/10] inside those of the URDF; `reach` is measured if None."""
         self.side: Side = side
         self.model = model
         self.geometry = geometry
@@ -185,6 +216,31 @@ class ArmGroup:
         self.upper: FloatArray = np.array(model.upperPositionLimit) - scale
         self.velocity: FloatArray = np.array(model.velocityLimit)
         self.tool = model.getFrameId(f"gripper_{side}_grasping_frame")
+        pin.framesForwardKinematics(model, self.data, np.zeros(8))
+        self._shoulder = np.array(self.data.oMi[model.getJointId(f"arm_{side}_1_joint")].translation)
+        wrist = self.data.oMi[model.getJointId(f"arm_{side}_7_joint")]
+        self._tool_to_wrist = np.array((self.data.oMf[self.tool].inverse() * wrist).homogeneous)
+        self.reach = self._measure_reach() if reach is None else reach
+
+    def _measure_reach(self) -> float:
+        """Return how far the wrist (origin of the last joint) can be from the shoulder [m], by sampling."""
+        rng = np.random.default_rng(0)
+        shoulder, wrist = (self.model.getJointId(f"arm_{self.side}_{i}_joint") for i in (1, 7))
+        farthest = 0.0
+        for q in rng.uniform(self.lower, self.upper, (1500, 8)):
+            pin.forwardKinematics(self.model, self.data, q)
+            apart = self.data.oMi[wrist].translation - self.data.oMi[shoulder].translation
+            farthest = max(farthest, float(apart @ apart))
+        return float(np.sqrt(farthest)) + 0.02
+
+    def within_reach(self, pose: FloatArray) -> bool:
+        """Tell quickly whether the wrist of a hand pose (4, 4) can be near enough to the shoulder."""
+        wrist = (pose @ self._tool_to_wrist)[:3, 3]
+        low, high = self._shoulder.copy(), self._shoulder.copy()
+        low[2] += self.lower[0]
+        high[2] += self.upper[0]
+        nearest = np.clip(wrist, low, high)
+        return bool(np.linalg.norm(wrist - nearest) <= self.reach)
 
     def clamp(self, q: FloatArray) -> FloatArray:
         """Return the nearest configuration inside the limits."""
