@@ -54,7 +54,7 @@ def box_cloud(x, y, yaw, size, rng, count=6000):
             p[:, axis] = sign * size[axis] / 2
             normal = np.zeros((n, 3))
             normal[:, axis] = sign
-            points.append(p + [0, 0, size[2] / 2])
+            points.append(p + np.array([0, 0, size[2] / 2]))
             normals.append(normal)
     return _standing(np.vstack(points), np.vstack(normals), x, y, yaw, rng)
 

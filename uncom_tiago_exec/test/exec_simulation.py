@@ -120,7 +120,7 @@ def nearest(scene: Scene, xy) -> Detection:
     )
 
 
-def carry_out(objects, primitive, obj, target=None, place=None, relation=None, seed=0, shots=None, config=None):
+def carry_out(objects, primitive, obj, target=None, place=None, *, seed=0, shots=None, config=None):
     """Carry out one command in a scene of (kind, x, y, yaw); obj and target are indices into it."""
     listed = [
         {"id": f"o{i}", "kind": kind, "x": x, "y": y, "yaw": yaw, **({"colour": c[0]} if c else {})}
@@ -137,7 +137,7 @@ def carry_out(objects, primitive, obj, target=None, place=None, relation=None, s
         pose = None if place is None else upright(np.array([*place, scene.table.height_m]), 0.0)
         kind = objects[obj][0]
         task = ManipulationTask(
-            "u", 0, primitive, relation or "none", thing, scene.detections, scene.table, goal, pose, kind,
+            "u", 0, primitive, "none", thing, scene.detections, scene.table, goal, pose, kind,
             objects[target][0] if target is not None else "",
         )  # fmt: skip
         told: list[Status] = []

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whole plans, and the engine on a robot that does what it is told."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from exec_fixtures import (
@@ -44,7 +46,7 @@ def test_a_plan_is_one_unbroken_motion_from_the_start_back_to_it(plan):
     home = np.array([start_positions()[n] for n in moves[0].trajectory.joint_names])
     assert np.allclose(moves[0].trajectory.positions[0], home, atol=0.006)
     assert np.allclose(moves[-1].trajectory.positions[-1], home, atol=1e-9)
-    for a, b in zip(moves, moves[1:], strict=False):
+    for a, b in pairwise(moves):
         assert np.allclose(a.trajectory.positions[-1], b.trajectory.positions[0], atol=1e-6)
 
 
@@ -115,7 +117,10 @@ class ObedientRobot(RobotInterface):
 
 def run(widths, after=None, stop_at=None, primitive="put_in"):
     things = lemon_and_bowl(np.random.default_rng(0))
-    moved = [detection("lemon", ball_cloud(0.6, -0.08, 0.027, np.random.default_rng(1)) + [0, 0, 0.01]), *things[1:]]
+    moved = [
+        detection("lemon", ball_cloud(0.6, -0.08, 0.027, np.random.default_rng(1)) + np.array([0, 0, 0.01])),
+        *things[1:],
+    ]
     scene = Scene(0.0, "base_footprint", tuple(moved if after is None else after), table(), (), "test")
     told = []
     machine = ObedientRobot(scene, widths, stop_at)
@@ -142,7 +147,7 @@ def test_an_empty_grasp_is_noticed_and_tried_another_way():
     assert "closed beside the lemon" in outcome.reason
     poses = [s.data["grasp"]["pose"] for s in told if "grasp" in s.data]
     assert len(poses) == CONFIG.grasp_attempts
-    assert all(not np.allclose(a, b, atol=0.01) for a, b in zip(poses, poses[1:], strict=False))
+    assert all(not np.allclose(a, b, atol=0.01) for a, b in pairwise(poses))
     assert all(abs(machine.joints[n] - v) < 0.01 for n, v in start_positions().items() if "finger" not in n)
 
 
@@ -159,7 +164,7 @@ def test_a_stop_ends_in_stopped_with_the_thing_in_hand():
 
 
 def test_what_was_never_learned_is_refused_politely():
-    outcome, told, machine = run([0.05], primitive="juggle")
+    outcome, _, machine = run([0.05], primitive="juggle")
     assert not outcome.success
     assert "not learned to juggle" in outcome.reason
     assert machine.moves == 0

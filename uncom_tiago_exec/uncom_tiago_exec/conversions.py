@@ -9,32 +9,13 @@ from typing import Any
 import numpy as np
 from builtin_interfaces.msg import Duration
 from control_msgs.action import FollowJointTrajectory
-from geometry_msgs.msg import Polygon
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
-from uncom_common.conversions import duration_to_msg, matrix_from_pose_msg, seconds_from_msg, vector_from_msg
-from uncom_perception.conversions import detection_from_msg
-from uncom_perception.types import Scene
-from uncom_perception.types import TableSurface as Table
+from uncom_common.conversions import duration_to_msg, matrix_from_pose_msg, seconds_from_msg
+from uncom_perception.conversions import detection_from_msg, polygon_from_msg, table_from_msg
 
-from uncom_interfaces.msg import ExecutionStatus, GroundedCommand, GroundedTarget, TableSurface
-from uncom_interfaces.srv import Detect
-from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage, Status, Trajectory
-
-
-def polygon_from_msg(msg: Polygon) -> FloatArray:
-    """Read an outline as points (N, 3) [m]."""
-    return np.array([[p.x, p.y, p.z] for p in msg.points], dtype=float).reshape(-1, 3)
-
-
-def table_from_msg(msg: TableSurface) -> Table | None:
-    """Read a table; None if none was found."""
-    if not msg.found or len(msg.polygon.points) < 3:
-        return None
-    polygon = polygon_from_msg(msg.polygon)
-    if not np.any(polygon[:, 2]):
-        polygon[:, 2] = msg.height
-    return Table(polygon, vector_from_msg(msg.normal), polygon_from_msg(msg.image_polygon)[:, :2])
+from uncom_interfaces.msg import ExecutionStatus, GroundedCommand, GroundedTarget
+from uncom_tiago_exec.types import ManipulationTask, Stage, Status, Trajectory
 
 
 def task_from_msg(msg: GroundedCommand) -> ManipulationTask:
@@ -65,19 +46,6 @@ def task_from_msg(msg: GroundedCommand) -> ManipulationTask:
 def _has_pose(target: GroundedTarget) -> bool:
     p = target.pose.position
     return bool(p.x or p.y or p.z)
-
-
-def scene_from_response(msg: Detect.Response) -> Scene:
-    """Read what the detector answered."""
-    return Scene(
-        seconds_from_msg(msg.header.stamp),
-        msg.header.frame_id,
-        tuple(detection_from_msg(d) for d in msg.detections),
-        table_from_msg(msg.table),
-        tuple(float(p) for p in msg.phrase_none),
-        msg.backend,
-        float(msg.latency_s),
-    )
 
 
 def status_to_msg(status: Status, header: Header, utterance_id: str, index: int) -> ExecutionStatus:

@@ -18,11 +18,12 @@ from tf2_msgs.msg import TFMessage
 from uncom_common.conversions import seconds_from_msg, stamped_transform_from_msg, stamped_transform_to_msg
 from uncom_common.exceptions import TransformError
 from uncom_common.transforms import StampedTransform, TransformBuffer
+from uncom_perception.conversions import scene_from_response
 from uncom_perception.types import Scene
 
 from uncom_interfaces.srv import Detect
 from uncom_tiago_exec.config import ExecutionConfig
-from uncom_tiago_exec.conversions import goal_to_msg, scene_from_response
+from uncom_tiago_exec.conversions import goal_to_msg
 from uncom_tiago_exec.exceptions import MotionError, StoppedError
 from uncom_tiago_exec.robot_interface import RobotInterface
 from uncom_tiago_exec.robot_model import HEAD_JOINTS, TORSO_JOINT, arm_joints, finger_joints

@@ -202,7 +202,7 @@ class ArmGroup:
         inset: float = 0.004,
         reach: float | None = None,
     ) -> None:
-        """Wrap a reduced model; limits are `inset` [rad, m/10] inside those of the URDF; `reach` is measured if None."""
+        """Wrap a reduced model; limits are `inset` [rad, m/10] inside the URDF's; `reach` is measured if None."""
         self.side: Side = side
         self.model = model
         self.geometry = geometry

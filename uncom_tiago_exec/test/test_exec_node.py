@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The node: what it offers, and what it does without a robot."""
+
+import threading
+
+import numpy as np
+import pytest
+import rclpy
+from exec_fixtures import TABLE_Z, ball_cloud, detection
+from geometry_msgs.msg import Point32, Polygon
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import Empty
+from uncom_common.conversions import header_to_msg
+from uncom_perception.conversions import detection_to_msg
+from uncom_tiago_exec.conversions import goal_to_msg, status_from_msg, status_to_msg, task_from_msg, trajectory_from_msg
+from uncom_tiago_exec.execution_node import ExecutionNode
+from uncom_tiago_exec.types import Stage, Status, Trajectory
+
+from uncom_interfaces.msg import Answer, ExecutionStatus, GroundedCommand, Question
+
+DOMAIN = 70
+
+
+def command():
+    thing = detection("ball", ball_cloud(0.6, 0.2, 0.03, np.random.default_rng(0)))
+    msg = GroundedCommand(header=header_to_msg(1.0, "base_footprint"), utterance_id="u7", primitive="pick")
+    msg.object = detection_to_msg(thing, msg.header)
+    msg.scene = [msg.object]
+    msg.object_text = "ball"
+    msg.table.found = True
+    corners = ((0.45, -0.5), (0.95, -0.5), (0.95, 0.5), (0.45, 0.5))
+    msg.table.polygon = Polygon(points=[Point32(x=x, y=y, z=TABLE_Z) for x, y in corners])
+    msg.table.height = TABLE_Z
+    return msg
+
+
+class Graph:
+    """The node under test and a listener in one context."""
+
+    def __init__(self, **parameters):
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=DOMAIN)
+        overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+        self.node = ExecutionNode(context=self.context, parameter_overrides=overrides)
+        self.listener = rclpy.create_node("listener", context=self.context)
+        self.seen, self.questions = [], []
+        self.changed = threading.Condition()
+        latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.listener.create_subscription(ExecutionStatus, "/uncom/execution_status", self._keep(self.seen), latched)
+        self.listener.create_subscription(Question, "/uncom/question", self._keep(self.questions), 10)
+        self.commands = self.listener.create_publisher(GroundedCommand, "/uncom/grounded_command", 10)
+        self.answers = self.listener.create_publisher(Answer, "/uncom/answer", 10)
+        self.stops = self.listener.create_publisher(Empty, "/uncom/stop", 10)
+        self.executor = MultiThreadedExecutor(num_threads=3, context=self.context)
+        self.executor.add_node(self.node)
+        self.executor.add_node(self.listener)
+        self.thread = threading.Thread(target=self.executor.spin, daemon=True)
+        self.thread.start()
+
+    def _keep(self, store):
+        def keep(msg):
+            with self.changed:
+                store.append(msg)
+                self.changed.notify_all()
+
+        return keep
+
+    def wait(self, condition, timeout=20.0):
+        with self.changed:
+            assert self.changed.wait_for(condition, timeout), [m.stage_name for m in self.seen]
+
+    def close(self):
+        self.executor.shutdown(timeout_sec=5.0)
+        self.node.destroy_node()
+        self.listener.destroy_node()
+        rclpy.shutdown(context=self.context)
+
+
+@pytest.fixture
+def graph():
+    made = []
+
+    def make(**parameters):
+        made.append(Graph(**parameters))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.close()
+
+
+def test_it_tells_idle_to_who_comes_late(graph):
+    g = graph()
+    g.wait(lambda: g.seen and g.seen[0].stage == ExecutionStatus.IDLE)
+
+
+def test_without_a_robot_a_command_fails_in_words(graph):
+    g = graph(require_approval=False)
+    g.wait(lambda: g.commands.get_subscription_count() > 0 or bool(g.seen))
+    g.commands.publish(command())
+    g.wait(lambda: any(m.stage == ExecutionStatus.FAILED for m in g.seen))
+    failed = next(m for m in g.seen if m.stage == ExecutionStatus.FAILED)
+    assert failed.utterance_id == "u7"
+    assert "robot_description has not arrived" in failed.detail
+
+
+def test_a_failed_grounding_starts_nothing(graph):
+    g = graph(require_approval=False)
+    g.wait(lambda: bool(g.seen))
+    bad = command()
+    bad.status, bad.utterance_id = GroundedCommand.FAILED, "bad"
+    g.commands.publish(bad)
+    g.commands.publish(command())
+    g.wait(lambda: any(m.stage == ExecutionStatus.FAILED for m in g.seen))
+    assert all(m.utterance_id != "bad" for m in g.seen)
+
+
+def test_a_command_survives_the_way_into_a_task():
+    task = task_from_msg(command())
+    assert task.primitive == "pick"
+    assert task.table.height_m == pytest.approx(TABLE_Z)
+    assert len(task.object.geometry.cloud) > 100
+    assert task.target is None
+
+
+def test_status_and_trajectory_survive_the_round_trip():
+    status = Status(Stage.LIFTING, "straight up", "left", {"duration_s": 1.5})
+    assert status_from_msg(status_to_msg(status, header_to_msg(1.0, "x"), "u", 0)) == status
+    motion = Trajectory(("a", "b"), np.array([0.0, 0.5]), np.array([[0.0, 1], [2, 3]]), np.array([[0.0, 0], [1, 1]]))
+    back = trajectory_from_msg(goal_to_msg(motion, ("b",)).trajectory)
+    assert back.joint_names == ("b",)
+    assert np.allclose(back.positions[:, 0], [1, 3])
+    assert np.allclose(back.times, motion.times)
+
+
+def test_stages_are_those_of_the_message():
+    for stage in Stage:
+        assert getattr(ExecutionStatus, stage.name) == stage.value
