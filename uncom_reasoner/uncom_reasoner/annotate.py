@@ -48,6 +48,7 @@ def annotate(object_frame: Picture, target_frame: Picture, decision: Decision, v
         _thing(right, g.target.detection)
     area = _area_pixels(decision, view) if g.target.detection is None else np.zeros((0, 2))
     _area(right, area)
+    _spot(right, decision, view)
     end = g.target.detection.box if g.target.detection is not None else _bounds(area)
     _ray(right, decision.target_ray, end)
     if right.shape[0] != left.shape[0]:
@@ -113,6 +114,17 @@ def _area(image: Picture, pixels: FloatArray) -> None:
     cv2.fillPoly(layer, [outline], ORANGE)
     image[:] = (0.65 * image + 0.35 * layer).astype(np.uint8)
     cv2.polylines(image, [outline], isClosed=True, color=ORANGE, thickness=2, lineType=cv2.LINE_AA)
+
+
+def _spot(image: Picture, decision: Decision, view: View) -> None:
+    """Mark where on the support the middle of the moved thing goes."""
+    pose = decision.grounded.target.pose
+    if pose is None or view.camera is None or view.transform_camera_to_scene is None:
+        return
+    pixel = view.camera.project(apply(invert(view.transform_camera_to_scene), pose[None, :3, 3]))[0]
+    if np.isfinite(pixel).all():
+        place = tuple(int(v) for v in np.round(np.clip(pixel, -4096, 4096)))
+        cv2.drawMarker(image, place, ORANGE, cv2.MARKER_TILTED_CROSS, 12, 2, cv2.LINE_AA)
 
 
 def _bounds(pixels: FloatArray) -> Box | None:

@@ -3,7 +3,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 from uncom_common.exceptions import UncomError
+
+if TYPE_CHECKING:
+    from uncom_reasoner.types import Candidate
 
 
 class ReasonerError(UncomError):
@@ -22,17 +28,26 @@ class CannotGroundError(ReasonerError):
     """A command cannot be grounded; the text is a sentence for the person."""
 
 
-class NothingSeenError(CannotGroundError):
+class UnsettledError(CannotGroundError):
+    """Weighing gave no choice; `candidates` (values of types.Candidate) are what was weighed."""
+
+    def __init__(self, reason: str, candidates: Sequence[Candidate]) -> None:
+        """Keep what was weighed."""
+        self.candidates = tuple(candidates)
+        super().__init__(reason)
+
+
+class NothingSeenError(UnsettledError):
     """Nothing that was seen is what was meant."""
 
 
-class AmbiguousError(CannotGroundError):
-    """Several things or places fit about equally; `choices` are their ids."""
+class AmbiguousError(UnsettledError):
+    """Several things or places fit about equally; `choices` are the ids of those that are too close."""
 
-    def __init__(self, reason: str, choices: tuple[str, ...] = ()) -> None:
-        """Keep the ids that were too close to choose from."""
+    def __init__(self, reason: str, candidates: Sequence[Candidate], choices: tuple[str, ...]) -> None:
+        """Keep what was weighed and the ids that were too close to choose from."""
         self.choices = choices
-        super().__init__(reason)
+        super().__init__(reason, candidates)
 
 
 class NoPlaceError(CannotGroundError):

@@ -11,7 +11,7 @@ from uncom_perception.types import Detection
 
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.context import Context, context_of
-from uncom_reasoner.exceptions import AmbiguousError, CannotGroundError, NotSupportedError
+from uncom_reasoner.exceptions import AmbiguousError, CannotGroundError, NotSupportedError, UnsettledError
 from uncom_reasoner.memory import Memory
 from uncom_reasoner.phrases import any_will_do, is_bare, is_pronoun
 from uncom_reasoner.posterior import NONE, settle
@@ -54,7 +54,8 @@ def ground(
     try:
         thing_choice = _find_object(command, object_ray, context)
     except CannotGroundError as error:
-        candidates = _object_candidates(command, object_ray, context)
+        candidates = error.candidates if isinstance(error, UnsettledError) else ()
+        candidates = candidates or _object_candidates(command, object_ray, context)
         return _decision(command, context, (object_ray, target_ray), error, candidates=candidates)
     thing = context.thing(thing_choice.chosen)
     if command.target is None and (command.primitive in WITHOUT_TARGET or command.relation is Relation.NONE):
@@ -158,6 +159,8 @@ def _decision(
         ),
     )
     outline = context.surface.polygon
+    if thing is not None and isinstance(error, UnsettledError):
+        grounded = replace(grounded, target_candidates=error.candidates)
     decision = Decision(
         grounded,
         object_ray=rays[0],

@@ -50,7 +50,7 @@ def settle(candidates: Sequence[Candidate], what: str, weights: Weights, *, any_
     things = [c for c in candidates if c.id != NONE]
     none = sum(c.probability for c in candidates if c.id == NONE)
     if not things or none > sum(c.probability for c in things):
-        raise NothingSeenError(f"I do not see {what} on the table.")
+        raise NothingSeenError(f"I do not see {what} on the table.", candidates)
     best = things[0]
     second = things[1].probability if len(things) > 1 else 0.0
     share = best.probability / sum(c.probability for c in things)
@@ -60,7 +60,7 @@ def settle(candidates: Sequence[Candidate], what: str, weights: Weights, *, any_
     close = [c for c in things if c.probability * weights.min_odds * 1.5 > best.probability]
     if len(close) < 2:
         close = things[:2]
-    raise AmbiguousError(_which(what, close), tuple(c.id for c in close))
+    raise AmbiguousError(_which(what, close), candidates, tuple(c.id for c in close))
 
 
 def _which(what: str, close: Sequence[Candidate]) -> str:

@@ -3,8 +3,8 @@
 
 Factors of a candidate (natural logs): `words` (the detector's probability of the phrase), `ray` (gesture, see
 pointing.ray_log), `relation` (to its anchor, "the cup next to the bottle"), `compared` ("the left one", "the biggest"),
-`rival` (another noun of the command fits the thing better), `discourse` ("it", "the other one"), `plausible` (a receiving
-thing should be able to receive), `reach`. "none" stands for everything that was not seen.
+`rival` (another noun of the command fits the thing better), `discourse` ("it", "the other one"), `plausible` (a
+receiving thing should be able to receive), `reach`. "none" stands for everything that was not seen.
 """
 
 from __future__ import annotations
