@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from uncom_bringup import cli
+from uncom_bringup import cli, output
 
 TIMEOUT_S = 120
 
@@ -28,7 +28,7 @@ def uncom(*arguments: str, stdin: str = "") -> subprocess.CompletedProcess[str]:
 def test_help_names_every_command_and_is_quick():
     result = uncom("--help")
     assert result.returncode == 0
-    assert all(f"    {name} " in result.stdout for name in cli.COMMANDS)
+    assert set(cli.COMMANDS) <= set(result.stdout.split())
 
 
 @pytest.mark.parametrize("command", cli.COMMANDS)
@@ -105,14 +105,24 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_bad_input_is_one_clear_line_and_status_2(case, files):
-    result = uncom(*(word.format(**files) for word in BAD[case].split()))
-    assert result.returncode == 2
-    assert result.stdout == ""
-    lines = result.stderr.strip().splitlines()
-    assert len(lines) == 1, result.stderr
-    assert lines[0].startswith("uncom")
-    assert "Traceback" not in result.stderr
+def test_bad_input_is_one_clear_line_and_status_2(case, files, capsys, monkeypatch):
+    # In this process, to import what is heavy once; descriptor 1 stays pytest's.
+    monkeypatch.setattr(output, "claim_stdout", lambda: None)
+    try:
+        status = cli.run([word.format(**files) for word in BAD[case].split()])
+    except SystemExit as stop:
+        status = stop.code
+    said = capsys.readouterr()
+    assert status == 2
+    assert said.out == ""
+    assert said.err.startswith("uncom")
+    assert len(said.err.strip().splitlines()) == 1
+
+
+def test_bad_input_in_a_process_of_its_own_is_one_line_too(files):
+    result = uncom("point", files["text"], "--json")
+    assert (result.returncode, result.stdout) == (2, "")
+    assert len(result.stderr.strip().splitlines()) == 1
 
 
 def test_no_command_shows_the_help_and_is_bad_use():
