@@ -40,6 +40,7 @@ class Clause:
     relation: Relation = Relation.NONE
     release: bool = False
     tokens: tuple[Token, ...] = ()
+    order: str = ""  # what is ordered as from a bar: "a mocha"
 
     @property
     def primitive(self) -> Primitive:
@@ -91,6 +92,7 @@ class ClauseReader:
         if objects and nested:
             objects = (*objects[:-1], attach(objects[-1], nested, self._timing))
         clause = Clause(
+            order=self._order(tree, kind, things),
             kind=kind,
             action_text=" ".join(token.text for token in action),
             action_span=self._timing.of(action) if action else None,
@@ -126,6 +128,16 @@ class ClauseReader:
         verb = named[-1]
         down = any(token.tag == "PARTICLE" and token.text == "down" for token in verbs)
         return verb.value, verb.text in self._lexicon.releases or (verb.value == "put" and down)
+
+    def _order(self, tree: Tree, kind: str, things: Sequence[Reference]) -> str:
+        """Return what is ordered rather than pointed out: an indefinite drink, or with "I want" anything unknown."""
+        if kind not in ("want", "give", "take") or not things:
+            return ""
+        definite = any(token.tag in ("DEICTIC", "PRONOUN") or token.text == "the" for token in tokens_of(tree))
+        sort = self._lexicon.noun_class.get(things[0].head, "unknown")
+        if definite or not (sort == "drink" or (kind == "want" and sort == "unknown")):
+            return ""
+        return things[0].text
 
     def _split(self, kind: str, things: list[Reference], places: list[Place]) -> tuple[list[Place], list[Place]]:
         """Tell where the thing is to go from which thing is meant: (target and what hangs on it, the object's own)."""

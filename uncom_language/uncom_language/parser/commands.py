@@ -14,7 +14,7 @@ from uncom_language.parser.clauses import Clause, ClauseReader
 from uncom_language.parser.grammar import NotInGrammarError, load_grammar, parse_tokens
 from uncom_language.parser.lexicon import Lexicon, load_lexicon
 from uncom_language.parser.references import Timing
-from uncom_language.parser.tagger import Item, Tagger, Token, split_text, strip_phrases
+from uncom_language.parser.tagger import Item, Tagger, split_text, without_fillers
 from uncom_language.types import Act, Command, Primitive, Relation, Span, Transcript
 
 BACKEND = "grammar"
@@ -86,11 +86,11 @@ class GrammarParser:
         """Take a dialogue act off the front; all of the utterance may be one."""
         lexicon = self.lexicon
         words = tuple(item.text for item in items if not item.is_break)
-        if words in lexicon.social:
-            return [], ()
         if words in lexicon.acts:
             return [_ACTS[lexicon.acts[words]]], ()
-        bare = tuple(item.text for item in strip_phrases(items, lexicon.fillers, lexicon) if not item.is_break)
+        if words in lexicon.social:
+            return [], items
+        bare = tuple(item.text for item in without_fillers(items, lexicon) if not item.is_break)
         acts, rest = self._only_acts(bare or words)
         if acts and not rest:
             return [_most_careful(acts)], ()
@@ -128,12 +128,12 @@ class GrammarParser:
 
     # --- clauses ----------------------------------------------------------------------------------
 
-    def _tree(self, items: tuple[Item, ...]) -> tuple[lark.Tree[lark.Token], list[Token]]:
-        kept = strip_phrases(items, self.lexicon.fillers, self.lexicon)
+    def _tree(self, items: tuple[Item, ...]) -> lark.Tree[lark.Token]:
+        kept = without_fillers(items, self.lexicon)
         tokens = self._tagger.tag(kept)
         if not tokens:
             raise NotInGrammarError(None, ())
-        return parse_tokens(tokens, self.lexicon.language), tokens
+        return parse_tokens(tokens, self.lexicon.language)
 
     def _clauses(self, said: _Utterance, items: tuple[Item, ...], timing: Timing, *, answered: bool) -> list[Command]:
         words = tuple(item.text for item in items if not item.is_break)
@@ -143,11 +143,14 @@ class GrammarParser:
             return [self._refused(said, "I was told not to do something; I do nothing")]
         reading = repair.best_reading(items, self.lexicon, self._tagger)
         try:
-            tree, _ = self._tree(reading.items)
+            tree = self._tree(reading.items)
+            reader = ClauseReader(self.lexicon, timing)
+            clauses = [reader.read(child) for child in tree.children if isinstance(child, lark.Tree)]
         except NotInGrammarError as error:
             return [self._refused(said, _why_refused(error, said.text))]
-        reader = ClauseReader(self.lexicon, timing)
-        clauses = [reader.read(child) for child in tree.children if isinstance(child, lark.Tree)]
+        ordered = next((clause.order for clause in clauses if clause.order), "")
+        if ordered:
+            return [self._refused(said, f"{ordered!r} is nothing that I could bring from this table")]
         commands = _combine(said, clauses)
         if all(command.act is Act.INCOMPLETE and not _names_thing(command) for command in commands) and not answered:
             return [self._refused(said, f"{said.text!r} is no command for me")]

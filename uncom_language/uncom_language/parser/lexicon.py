@@ -41,6 +41,8 @@ class Lexicon:
     acts: Mapping[Phrase, str]
     social: frozenset[Phrase]
     fillers: frozenset[Phrase]
+    hesitations: frozenset[Phrase]
+    determiners: frozenset[str]
     repairs: frozenset[Phrase]
     negations: frozenset[Phrase]
     function_words: frozenset[str]
@@ -133,6 +135,8 @@ def lexicon_from_data(language: str, raw: Mapping[str, Any]) -> Lexicon:
         acts={phrase(text): act for act, texts in raw["acts"].items() for text in texts},
         social=frozenset(phrase(text) for text in raw["social"]),
         fillers=frozenset(fillers),
+        hesitations=frozenset(phrase(text) for text in raw["hesitations"]),
+        determiners=frozenset([*raw["determiners"], *raw["deictics"]]),
         repairs=frozenset(repairs),
         negations=frozenset(phrase(text) for text in raw["negations"]),
         function_words=frozenset(raw["function_words"]),

@@ -8,13 +8,17 @@ from dataclasses import dataclass, replace
 
 import lark
 
-from uncom_language.parser.grammar import Tree
+from uncom_language.parser.grammar import NotInGrammarError, Tree
 from uncom_language.parser.lexicon import Lexicon
 from uncom_language.parser.tagger import Token
 from uncom_language.types import Reference, Span
 
 # Locating relations in which a thing lies in or on another; in a chain of phrases these are where things are put.
 SUPPORTING = frozenset({"in", "on"})
+
+
+# "another cup" is a determiner, "the other cup" a quality.
+_OTHER_DETERMINERS = frozenset({"another", "different", "rest of"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +73,8 @@ class ReferenceBuilder:
     def thing(self, tree: Tree) -> Reference:
         """Read a `thing` of the grammar."""
         tokens = tokens_of(tree)
+        if all(token.tag == "DETERMINER" for token in tokens):
+            raise NotInGrammarError(tokens[-1], ("NOUN",))
         order = self._next_order
         self._next_order += 1
         head, nouns, of_thing = self._nouns(tree)
@@ -80,7 +86,7 @@ class ReferenceBuilder:
         concrete = named and head is not None and head.value not in self._lexicon.place_nouns
         modifiers = (*qualities, *nouns[:-1])
         spoken = [token for token in flat if token.tag in ("OTHER", "ADJECTIVE", "NOUN", "ONE", "PRONOUN")]
-        spoken = [token for token in spoken if token.tag != "OTHER" or not concrete]
+        spoken = [token for token in spoken if token.tag != "OTHER" or token.text not in _OTHER_DETERMINERS]
         words = [token.text for token in spoken]
         if deictic is not None and not concrete:
             words.insert(0, deictic.value)

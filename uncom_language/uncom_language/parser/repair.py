@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from uncom_language.parser.grammar import NotInGrammarError, parse_tokens
 from uncom_language.parser.lexicon import Lexicon
-from uncom_language.parser.tagger import PREMODIFIERS, Item, Tagger, Token, strip_phrases
+from uncom_language.parser.tagger import PREMODIFIERS, Item, Tagger, Token, without_fillers
 
 _THING_START = PREMODIFIERS | {"NOUN", "ONE", "PRONOUN"}
 _PLACE_START = frozenset({"RELATION", "TO", "BETWEEN", "PLACE", "SIDE", "SOURCE"})
@@ -94,8 +94,8 @@ def _candidates(
     before: tuple[Item, ...], after: tuple[Item, ...], lexicon: Lexicon, tagger: Tagger
 ) -> Iterator[tuple[Item, ...]]:
     """Yield sentences in which the correction replaces a phrase of its own kind; the most likely one first."""
-    right = tagger.tag(strip_phrases(after, lexicon.fillers, lexicon))
-    left = tagger.tag(strip_phrases(before, lexicon.fillers, lexicon))
+    right = tagger.tag(without_fillers(after, lexicon))
+    left = tagger.tag(without_fillers(before, lexicon))
     if not right or not left:
         return
     if right[0].tag == "VERB":
@@ -163,7 +163,7 @@ def _contrast(left: list[Token], position: int, right: list[Token]) -> int:
 
 
 def _sentence(items: tuple[Item, ...], lexicon: Lexicon, tagger: Tagger) -> bool:
-    tokens = tagger.tag(strip_phrases(items, lexicon.fillers, lexicon))
+    tokens = tagger.tag(without_fillers(items, lexicon))
     if not tokens:
         return False
     try:
@@ -175,5 +175,5 @@ def _sentence(items: tuple[Item, ...], lexicon: Lexicon, tagger: Tagger) -> bool
 
 def _is_clause(items: tuple[Item, ...], lexicon: Lexicon, tagger: Tagger) -> bool:
     """Whether words are a command by themselves, verb included."""
-    tokens = tagger.tag(strip_phrases(items, lexicon.fillers, lexicon))
+    tokens = tagger.tag(without_fillers(items, lexicon))
     return any(token.tag == "VERB" for token in tokens) and _sentence(items, lexicon, tagger)

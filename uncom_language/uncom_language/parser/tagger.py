@@ -57,19 +57,22 @@ def split_text(text: str) -> tuple[Item, ...]:
     return tuple(items)
 
 
-def strip_phrases(items: Sequence[Item], phrases: frozenset[tuple[str, ...]], lexicon: Lexicon) -> list[Item]:
-    """Remove the given phrases, longest first, unless a longer phrase of the lexicon covers them."""
+def without_fillers(items: Sequence[Item], lexicon: Lexicon) -> list[Item]:
+    """Remove hesitation and politeness, longest phrase first, unless a longer phrase of the lexicon covers them."""
+    words_only = [item for item in items if (item.text,) not in lexicon.hesitations]
     kept: list[Item] = []
     position = 0
-    words = tuple(item.text for item in items)
-    while position < len(items):
-        length = _longest(words, position, phrases, lexicon.longest)
-        if length and lexicon.longest_match(words, position)[0] <= length:
+    words = tuple(item.text for item in words_only)
+    while position < len(words_only):
+        length = _longest(words, position, lexicon.fillers, lexicon.longest)
+        known = lexicon.longest_match(words, position)[0]
+        named = bool(kept) and kept[-1].text in lexicon.determiners and not kept[-1].is_break
+        if length >= max(1, known) and not named:
             position += length
             continue
-        known = 1 if length == 0 else max(1, lexicon.longest_match(words, position)[0])
-        kept.extend(items[position : position + known])
-        position += known
+        step = max(1, known)
+        kept.extend(words_only[position : position + step])
+        position += step
     return kept
 
 

@@ -18,6 +18,7 @@ from typing import Any
 import pocketsphinx
 
 from uncom_language.exceptions import RecognizerError
+from uncom_language.speech.acoustic_model import make_shifted_model, read_shift
 from uncom_language.speech.alternatives import Hypothesis, make_alternatives, with_confidences
 from uncom_language.speech.audio import SAMPLE_RATE, Int16Array, as_float, resample, to_int16, with_floor
 from uncom_language.speech.language_model import ModelWeights, draw_sentences, make_arpa
@@ -31,6 +32,8 @@ _LONGEST_S = 30.0
 # Scores of PocketSphinx are 1/1024 of log likelihoods; its own posteriors divide those by 20 (-ascale).
 _SCORE_TO_LOG = 1024.0 / 20.0
 _MIN_DECIBEL = -70.0
+# Made by tools/adapt_to_voices.py: how the means move for synthesised voices.
+_SYNTHETIC_VOICES = Path(__file__).parent / "models" / "synthetic_voices.npz"
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +73,7 @@ def common_words(count: int) -> dict[str, float]:
 
 
 class PocketSphinxRecognizer(Recognizer):
-    """PocketSphinx 5 with its en-us acoustic model and a language model counted from our own sentence patterns."""
+    """PocketSphinx 5 with its en-us acoustic model, a variant of it for synthesised voices, and a language model counted from our own sentence patterns."""
 
     def __init__(
         self, model: ModelWeights | None = None, decoder: DecoderWeights | None = None, scene_words: Sequence[str] = ()
@@ -90,7 +93,7 @@ class PocketSphinxRecognizer(Recognizer):
         self._lock = threading.Lock()
         self._sentences = draw_sentences(self._model)
         self._general = common_words(self._weights.general_words)
-        self._decoder = self._load(scene_words)
+        self._decoders = self._load(scene_words)
 
     @property
     def backend(self) -> str:
@@ -104,29 +107,34 @@ class PocketSphinxRecognizer(Recognizer):
 
     def set_scene_words(self, words: Iterable[str]) -> None:
         """Make words likely that the scene offers; unknown ones get a pronunciation made by rule."""
-        decoder = self._load(sorted({piece for word in words for piece in word.lower().split()}))
+        decoders = self._load(sorted({piece for word in words for piece in word.lower().split()}))
         with self._lock:
-            self._decoder = decoder
+            self._decoders = decoders
 
-    def _load(self, scene_words: Sequence[str]) -> Any:
+    def _load(self, scene_words: Sequence[str]) -> tuple[Any, ...]:
         vocabulary = {word for sentence in self._sentences for word in sentence} | set(self._general) | set(scene_words)
         arpa = make_arpa(self._sentences, self._general, self._model, scene_words)
         with tempfile.TemporaryDirectory(prefix="uncom_lm_") as folder:
             model, dictionary = Path(folder, "lm.arpa"), Path(folder, "words.dict")
             model.write_text(arpa, encoding="utf-8")
             dictionary.write_text("".join(self._dictionary_lines(vocabulary)), encoding="utf-8")
-            try:
-                return pocketsphinx.Decoder(
-                    hmm=str(model_folder() / "en-us"),
-                    lm=str(model),
-                    dict=str(dictionary),
-                    lw=self._weights.lw,
-                    wip=self._weights.wip,
-                    logfn=os.devnull,
-                    loglevel="FATAL",
-                )
-            except (RuntimeError, ValueError) as error:
-                raise RecognizerError(f"PocketSphinx cannot load its models from {model_folder()}: {error}") from error
+            plain = model_folder() / "en-us"
+            shifted = make_shifted_model(plain, read_shift(_SYNTHETIC_VOICES), Path(folder))
+            return tuple(self._make_decoder(acoustic, model, dictionary) for acoustic in (plain, shifted))
+
+    def _make_decoder(self, acoustic: Path, model: Path, dictionary: Path) -> Any:
+        try:
+            return pocketsphinx.Decoder(
+                hmm=str(acoustic),
+                lm=str(model),
+                dict=str(dictionary),
+                lw=self._weights.lw,
+                wip=self._weights.wip,
+                logfn=os.devnull,
+                loglevel="FATAL",
+            )
+        except (RuntimeError, ValueError) as error:
+            raise RecognizerError(f"PocketSphinx cannot load its models from {acoustic}: {error}") from error
 
     @staticmethod
     def _dictionary_lines(vocabulary: Iterable[str]) -> Iterable[str]:
@@ -152,28 +160,39 @@ class PocketSphinxRecognizer(Recognizer):
         return Recognition(words, reason="" if words else parts[0].reason)
 
     def _decode(self, sound: Int16Array, offset_s: float) -> Recognition:
+        """Decode with the model of people's voices and with that of synthesised ones; the likelier one counts."""
         with self._lock:
-            decoder = self._decoder
-            decoder.start_utt()
-            decoder.process_raw(sound.tobytes(), no_search=False, full_utt=True)
-            decoder.end_utt()
-            best = decoder.hyp()
-            if best is None or not best.hypstr:
+            scored = [_Scored(decoder, _run(decoder, sound)) for decoder in self._decoders]
+            best = max(scored, key=lambda one: one.score)
+            if best.score == -math.inf:
                 return Recognition(reason="no words in it")
             words = tuple(
-                Word(
-                    _plain(part.word),
-                    offset_s + part.start_frame * _FRAME_S,
-                    offset_s + (part.end_frame + 1) * _FRAME_S,
-                )
-                for part in decoder.seg()
+                Word(_plain(part.word), offset_s + part.start_frame * _FRAME_S, offset_s + (part.end_frame + 1) * _FRAME_S)
+                for part in best.decoder.seg()
                 if _is_word(part.word)
             )
-            hypotheses = _hypotheses(decoder, 10 * self._weights.alternatives)
+            hypotheses = _hypotheses(best.decoder, 10 * self._weights.alternatives)
         if not words:
             return Recognition(reason="no words in it")
         words = with_confidences(words, hypotheses)
         return Recognition(words, make_alternatives(words, hypotheses)[: self._weights.alternatives])
+
+
+@dataclass(frozen=True, slots=True)
+class _Scored:
+    decoder: Any
+    score: float
+
+
+def _run(decoder: Any, sound: Int16Array) -> float:
+    """Decode; return the log score of the best path, minus infinity if there is none."""
+    decoder.start_utt()
+    decoder.process_raw(sound.tobytes(), no_search=False, full_utt=True)
+    decoder.end_utt()
+    best = decoder.hyp()
+    if best is None or not best.hypstr or best.best_score <= 0.0:
+        return -math.inf
+    return math.log(best.best_score) * _SCORE_TO_LOG
 
 
 def _hypotheses(decoder: Any, limit: int) -> tuple[Hypothesis, ...]:

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""References, times and robustness of the grammar parser."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from uncom_language.exceptions import UnknownLanguageError
+from uncom_language.parser import command_to_json, grammar_parser, parse_text, parse_transcript
+from uncom_language.parser.lexicon import load_lexicon
+from uncom_language.parser.understanding import Understanding
+from uncom_language.types import Act, Alternative, Primitive, Relation, Transcript, Word
+
+
+def heard(text, start=10.0, step=0.5):
+    return tuple(Word(word, start + i * step, start + i * step + 0.4) for i, word in enumerate(text.split()))
+
+
+def test_parts_keep_the_times_of_their_words():
+    words = heard("take this lemon and put it in that big bowl")
+    (command,) = parse_transcript(Transcript("u1", words))
+    assert command.utterance_id == "u1"
+    assert (command.object.span.start_s, command.object.span.end_s) == (words[1].start_s, words[2].end_s)
+    assert (command.object.deictic_span.start_s, command.object.deictic_span.end_s) == (words[1].start_s, words[1].end_s)
+    assert (command.target.span.start_s, command.target.span.end_s) == (words[7].start_s, words[9].end_s)
+    assert command.target.deictic_span.start_s == words[7].start_s
+    assert command.action_span.start_s == words[4].start_s
+
+
+def test_times_survive_hesitation_and_politeness():
+    words = heard("um could you please put this uh here")
+    (command,) = parse_transcript(Transcript("u", words))
+    assert command.object.deictic_span.start_s == words[5].start_s
+    assert command.target.deictic_span.start_s == words[7].start_s
+
+
+def test_a_second_pair_of_deictic_words_keeps_its_own_times():
+    words = heard("put this here and put that there")
+    first, second = parse_transcript(Transcript("u", words))
+    assert first.object.span.start_s == words[1].start_s
+    assert second.object.span.start_s == words[5].start_s
+    assert second.target.span.start_s == words[6].start_s
+
+
+def test_a_noun_beside_a_deictic_word_stays_concrete():
+    (command,) = parse_text("take this mug and put it on this thing")
+    assert (command.object.text, command.object.deictic, command.object.concrete) == ("mug", "this", True)
+    assert (command.target.text, command.target.deictic, command.target.concrete) == ("this thing", "this", False)
+
+
+def test_locating_phrases_hang_on_the_thing_they_locate():
+    (command,) = parse_text("put the cup next to the bottle on the plate behind the box")
+    assert (command.object.anchor_relation, command.object.anchor.text) == ("next_to", "bottle")
+    assert (command.target.anchor_relation, command.target.anchor.text) == ("behind", "box")
+    assert command.object.anchor.anchor is None
+
+
+def test_similarity_is_an_anchor_of_its_own_kind():
+    (command,) = parse_text("pick up the cup with the same colour as this")
+    assert (command.object.anchor_relation, command.object.anchor.deictic) == ("same_colour", "this")
+
+
+def test_quantities():
+    counted = [parse_text(f"pick up {what}")[0].object.quantity for what in ("the cup", "two cups", "both cups", "all the cups", "these", "three of the cups")]
+    assert counted == [1, 2, 2, 0, 0, 3]
+
+
+def test_a_pronoun_stands_for_the_thing_spoken_of_before():
+    _, second = parse_text("put the apple in the bowl then move it behind the box")
+    assert (second.object.text, second.object.anaphoric) == ("apple", True)
+
+
+def test_plural_heads_are_lemmas():
+    (command,) = parse_text("put the spoons and the knives in the boxes")[:1]
+    assert command.object.head == "spoon"
+    assert command.target.head == "box"
+
+
+def test_words_inside_words_mean_nothing():
+    (command,) = parse_text("put the brightener on the closet")
+    assert (command.object.text, command.relation, command.target.text) == ("brightener", Relation.ON, "closet")
+
+
+def test_json_has_the_agreed_layout():
+    made = command_to_json(parse_text("place the orange between the apple and the can")[0])
+    assert {"object", "action", "target", "relation", "reference2"} <= set(made)
+    assert {"text", "head", "modifiers", "concrete"} <= set(made["object"])
+    assert {"text", "primitive"} <= set(made["action"])
+    assert made["reference2"]["text"] == "can"
+
+
+def test_an_alternative_is_taken_only_if_the_best_words_make_no_command():
+    best = heard("put the banana in the the")
+    other = Alternative(heard("put the banana in the bowl"), -2.0)
+    (command,) = Understanding().understand(Transcript("u", best, (other,)))
+    assert (command.act, command.primitive, command.target.text) == (Act.COMMAND, Primitive.PUT_IN, "bowl")
+    assert "alternative" in command.notes[0]
+    (refused,) = Understanding(max_alternative_loss=1.0).understand(Transcript("u", best, (other,)))
+    assert refused.act is Act.REFUSED
+
+
+def test_an_alternative_never_invents_an_action():
+    other = Alternative(heard("take the light"), -0.5)
+    (command,) = Understanding().understand(Transcript("u", heard("turn the light"), (other,)))
+    assert command.act is Act.REFUSED
+
+
+def test_an_unknown_language_is_a_clear_error():
+    with pytest.raises(UnknownLanguageError, match="choose one of: en"):
+        grammar_parser("tlh")
+
+
+VOCABULARY = sorted({word for phrase in load_lexicon().phrases for word in phrase} | {"zork", "is", "no", "wait", ","})
+
+
+@given(st.lists(st.sampled_from(VOCABULARY), max_size=14))
+def test_any_words_give_an_answer(words):
+    commands = parse_text(" ".join(words))
+    assert commands
+    assert all(command.reason for command in commands if command.act in (Act.REFUSED, Act.INCOMPLETE))
+    assert [command.index for command in commands] == list(range(len(commands)))
+
+
+@given(st.text(max_size=60))
+def test_any_text_gives_an_answer(text):
+    assert parse_text(text)
