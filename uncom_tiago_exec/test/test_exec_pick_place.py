@@ -18,7 +18,7 @@ from exec_fixtures import (
 from uncom_perception.types import Scene
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.engine import Engine, reversed_trajectory
-from uncom_tiago_exec.exceptions import RefusedError, StoppedError, UnreachableError
+from uncom_tiago_exec.exceptions import MotionError, RefusedError, StoppedError, UnreachableError
 from uncom_tiago_exec.pick_place import PickPlacePlanner
 from uncom_tiago_exec.plan import GripStep, MoveStep
 from uncom_tiago_exec.robot_interface import RobotInterface
@@ -66,7 +66,8 @@ def test_stages_come_in_order(plan):
 
 
 def test_a_whole_plan_is_found_quickly(plan):
-    assert plan.planning_s < 4.0
+    """Within three seconds of processor time, however busy the machine."""
+    assert sum(plan.timings_s.values()) < 3.0
 
 
 def test_out_of_reach_is_said_before_anything_moves():
@@ -176,3 +177,22 @@ def test_a_reversed_motion_is_the_same_motion_backwards(plan):
     assert back.times[0] == 0.0
     assert np.allclose(back.positions[0], motion.positions[-1])
     assert np.allclose(back.velocities[1], -motion.velocities[-2])
+
+
+def test_after_a_fault_the_arm_goes_home_with_what_it_holds():
+    """A controller that gives up on the way to the place leaves the robot at its start, still holding."""
+
+    class Faulty(ObedientRobot):
+        def follow(self, trajectory):
+            super().follow(trajectory)
+            if self.moves == 4:
+                raise MotionError("arm_left_controller gave up: test")
+
+    things = lemon_and_bowl(np.random.default_rng(0))
+    machine = Faulty(Scene(0.0, "base_footprint", tuple(things), table(), (), "test"), [0.05])
+    outcome = Engine(robot(), machine, CONFIG, lambda _: None).execute(make_task(things, "put_in", target="bowl"))
+    assert not outcome.success
+    assert outcome.in_hand == "lemon"
+    assert "gave up" in outcome.reason
+    start = start_positions()
+    assert all(abs(machine.joints[n] - v) < 0.01 for n, v in start.items() if "finger" not in n)

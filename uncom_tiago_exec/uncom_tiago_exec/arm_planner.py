@@ -39,6 +39,7 @@ class ArmPlanner:
         self._checkers: dict[tuple[float, str], CollisionChecker] = {}
         self.group = self._group(robot.gripper(side).open)
         self.start = self.group.vector(positions)
+        self.start_gap = sum(positions.get(name, 0.0) for name in finger_joints(side))
         self.hint: FloatArray | None = None  # last configuration that reached a grasp
         self.solver = IkSolver(self.group, config.seed)
         self.margins = Margins(scene=config.scene_margin, fingers=config.finger_margin)

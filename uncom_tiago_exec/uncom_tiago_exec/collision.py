@@ -12,8 +12,8 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from uncom_tiago_exec.robot_model import ArmGroup, link_of_geometry
-from uncom_tiago_exec.self_collision import adjacent_pairs, disabled_pairs
+from uncom_tiago_exec.link_pairs import link_of_geometry
+from uncom_tiago_exec.robot_model import ArmGroup
 from uncom_tiago_exec.types import Attachment, FloatArray, Obstacle
 
 _LOG = logging.getLogger(__name__)
@@ -82,8 +82,8 @@ class CollisionChecker:
 
     def _make_pairs(self) -> list[float]:
         """Choose the pairs to check; return the margin of each."""
-        geometry, model = self._geometry, self.group.model
-        skip = disabled_pairs() | adjacent_pairs(model, self.group.geometry)
+        geometry = self._geometry
+        skip = self.group.skipped_pairs()
         geometry.removeAllCollisionPairs()
         margins = []
         for i in range(len(self._names)):

@@ -17,6 +17,7 @@ from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import ExecutionError, GraspFailedError, MotionError, RefusedError, StoppedError
 from uncom_tiago_exec.pick_place import PLACING, PickPlacePlanner
 from uncom_tiago_exec.plan import GripStep, MoveStep, Plan
+from uncom_tiago_exec.recovery import way_home
 from uncom_tiago_exec.robot_interface import RobotInterface
 from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Outcome, Stage, Status, Trajectory
@@ -35,6 +36,7 @@ class Engine:
 
     def __init__(self, model: RobotModel, robot: RobotInterface, config: ExecutionConfig, report: Report) -> None:
         """Keep the parts; nothing moves yet."""
+        self._model = model
         self._planner = PickPlacePlanner(model, config)
         self._robot = robot
         self._config = config
@@ -72,6 +74,9 @@ class Engine:
             try:
                 self._take(task, plan)
                 break
+            except MotionError:
+                self._recover(plan)
+                raise
             except GraspFailedError as error:
                 if plan.grasp is not None:
                     failed.append(plan.grasp.pose)
@@ -82,7 +87,11 @@ class Engine:
                 task = self._look_for(task)
         if task.primitive == "pick":
             return f"I hold the {self._in_hand}"
-        self._place(plan)
+        try:
+            self._place(plan)
+        except MotionError:
+            self._recover(plan)
+            raise
         return self._check(task, plan)
 
     def _plan(self, task: ManipulationTask, failed: list[FloatArray], attempt: int) -> Plan:
@@ -116,12 +125,12 @@ class Engine:
                 self._robot.follow(step.trajectory)
             elif step.holding:
                 self._close(plan, what)
+                self._in_hand = what
                 holding = True
             else:
                 self._robot.grip(plan.side, step.gap)
             if holding and step.stage == Stage.LIFTING:
                 self._still_held(plan, what)
-        self._in_hand = what
 
     def _close(self, plan: Plan, what: str) -> None:
         """Close on the thing, press, and tell from the gap whether anything is there."""
@@ -135,6 +144,7 @@ class Engine:
     def _still_held(self, plan: Plan, what: str) -> None:
         width = plan.grasp.width if plan.grasp is not None else 0.0
         if _gap(self._robot.positions(), plan.side) < _empty_below(width):
+            self._in_hand = ""
             raise GraspFailedError(f"the {what} slipped out of my fingers")
 
     def _announce(self, step: MoveStep | GripStep, plan: Plan) -> None:
@@ -148,15 +158,30 @@ class Engine:
         for step in plan.steps:
             if step.stage <= Stage.LIFTING:
                 continue
-            if isinstance(step, GripStep):
+            if isinstance(step, GripStep) and step.stage != Stage.PLACING:
+                self._robot.grip(plan.side, step.gap)
+            elif isinstance(step, GripStep):
                 if _gap(self._robot.positions(), plan.side) < _empty_below(width):
-                    raise MotionError(f"I lost the {self._in_hand} on the way")
+                    lost, self._in_hand = self._in_hand, ""
+                    raise MotionError(f"I lost the {lost} on the way")
                 self._announce(step, plan)
                 self._robot.grip(plan.side, step.gap)
                 self._in_hand = ""
             else:
                 self._announce(step, plan)
                 self._robot.follow(step.trajectory)
+
+    def _recover(self, plan: Plan) -> None:
+        """Go home after a fault without dropping what is held, if there is a free way; else stay."""
+        self._tell(Stage.HOMING, "something went wrong; I go back to where I began", plan.side)
+        try:
+            positions = self._robot.positions()
+            for motion in way_home(self._model, plan, positions, self._config, holding=bool(self._in_hand)):
+                self._robot.follow(motion)
+        except StoppedError:
+            raise
+        except ExecutionError as error:
+            _LOG.warning("the arm stays where it is: %s", error)
 
     def _give_up_grasp(self, plan: Plan) -> None:
         """Open, and go the way back that was free on the way in."""

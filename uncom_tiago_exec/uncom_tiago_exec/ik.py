@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
+from scipy.linalg.lapack import dposv
 
 from uncom_tiago_exec.collision import CollisionChecker
 from uncom_tiago_exec.exceptions import InCollisionError, UnreachableError
@@ -81,19 +82,22 @@ class IkSolver:
         return error, jacobian
 
     def _step(self, q: FloatArray, error: FloatArray, jacobian: FloatArray, damping: float) -> FloatArray:
-        free = np.ones(len(q), dtype=bool)
+        """Return the damped step; joints that would leave their limits are taken out, at most three times."""
+        weight = self._weight
+        low, high = q <= self.group.lower + 1e-9, q >= self.group.upper - 1e-9
         step = np.zeros(len(q))
         for _ in range(4):
-            weighted = jacobian * (self._weight * free)
+            weighted = jacobian * weight
             gram = weighted @ jacobian.T
-            gram[np.diag_indices(6)] += damping
-            step = weighted.T @ np.linalg.solve(gram, error)
-            blocked = free & (
-                ((q <= self.group.lower + 1e-9) & (step < 0)) | ((q >= self.group.upper - 1e-9) & (step > 0))
-            )
+            gram.flat[::7] += damping
+            _, solution, failed = dposv(gram, error)
+            if failed:
+                return np.zeros(len(q))
+            step = weighted.T @ solution
+            blocked = (low & (step < 0.0)) | (high & (step > 0.0))
             if not blocked.any():
                 break
-            free &= ~blocked
+            weight = np.where(blocked, 0.0, weight)
         largest = float(np.abs(step).max())
         return step * min(1.0, 0.8 / largest) if largest > 0.8 else step
 

@@ -76,7 +76,7 @@ class PickPlacePlanner:
         Raises:
             RefusedError: it cannot be done; the text says why (out of reach, in the way, no place, ...).
         """
-        started = time.monotonic()
+        started, began = time.monotonic(), time.thread_time()
         scene = build_scene(task)
         goal = destination(task, scene.moved, scene.target) if task.primitive in PLACING else None
         arms = {side: ArmPlanner(self.robot, side, positions, scene, self.config) for side in SIDES}
@@ -84,14 +84,14 @@ class PickPlacePlanner:
         grasps = [g for g in grasps if not any(_near(g.pose, bad) for bad in avoid)]
         if not grasps:
             raise RefusedError(f"I see no way to take hold of the {task.object_text or 'object'}")
-        found_at = time.monotonic()
+        found_at = time.thread_time()
         reaches = self._search(arms, grasps, goal, task)
-        searched_at = time.monotonic()
+        searched_at = time.thread_time()
         plan = self._connect(reaches, scene)
         timings = {
-            "grasps": found_at - started,
+            "grasps": found_at - began,
             "search": searched_at - found_at,
-            "connect": time.monotonic() - searched_at,
+            "connect": time.thread_time() - searched_at,
         }
         return Plan(
             plan.side, plan.steps, scene, plan.grasp, plan.motion, time.monotonic() - started,
@@ -195,6 +195,7 @@ class PickPlacePlanner:
             GripStep(Stage.PLACING, reach.release_gap, detail="letting go"),
             MoveStep(Stage.RETREATING, arm.timed(reach.retreat, leaving, 0.6), "straight out"),
             MoveStep(Stage.HOMING, arm.timed(_end_at(back, arm.start), away), "back to the start"),
+            GripStep(Stage.HOMING, arm.start_gap, detail="fingers as before"),
         ]
         return tuple(steps)
 

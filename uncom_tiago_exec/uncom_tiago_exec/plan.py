@@ -36,6 +36,7 @@ Step = MoveStep | GripStep
 class Plan:
     """Steps for one arm. `held_from` and `held_to` are the steps between which something is in the hand.
 
+    planning_s is wall time, timings_s processor time of its parts.
     motion (4, 4) is what the placing does to the thing: transform from where it was to where it will be.
     """
 

@@ -18,6 +18,7 @@ import pinocchio as pin
 from scipy.spatial import ConvexHull
 
 from uncom_tiago_exec.exceptions import RobotModelError
+from uncom_tiago_exec.link_pairs import adjacent_pairs, disabled_pairs, link_of_geometry
 from uncom_tiago_exec.types import FloatArray, Side
 
 _LOG = logging.getLogger(__name__)
@@ -39,11 +40,6 @@ def group_joints(side: Side) -> tuple[str, ...]:
 def finger_joints(side: Side) -> tuple[str, str]:
     """Return the two finger joints in the order of the gripper controller."""
     return (f"gripper_{side}_right_finger_joint", f"gripper_{side}_left_finger_joint")
-
-
-def link_of_geometry(name: str) -> str:
-    """Return the link a collision shape belongs to; Pinocchio names shapes link_0, link_1, ..."""
-    return re.sub(r"_\d+$", "", name)
 
 
 def package_directories() -> list[str]:
@@ -220,6 +216,7 @@ class ArmGroup:
         self._shoulder = np.array(self.data.oMi[model.getJointId(f"arm_{side}_1_joint")].translation)
         wrist = self.data.oMi[model.getJointId(f"arm_{side}_7_joint")]
         self._tool_to_wrist = np.array((self.data.oMf[self.tool].inverse() * wrist).homogeneous)
+        self._skipped: frozenset[frozenset[str]] | None = None
         self.reach = self._measure_reach() if reach is None else reach
 
     def _measure_reach(self) -> float:
@@ -241,6 +238,12 @@ class ArmGroup:
         high[2] += self.upper[0]
         nearest = np.clip(wrist, low, high)
         return bool(np.linalg.norm(wrist - nearest) <= self.reach)
+
+    def skipped_pairs(self) -> frozenset[frozenset[str]]:
+        """Return the pairs of links that need no check: neighbours, and those that never (or always) touch."""
+        if self._skipped is None:
+            self._skipped = disabled_pairs() | adjacent_pairs(self.model, self.geometry)
+        return self._skipped
 
     def clamp(self, q: FloatArray) -> FloatArray:
         """Return the nearest configuration inside the limits."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which pairs of links need no self-collision check, found by sampling and kept in a file.
+"""Finds by sampling which pairs of links never touch, and keeps them in a file.
 
 The file is made anew for a robot description by:
     python -m uncom_tiago_exec.self_collision URDF_FILE
@@ -10,35 +10,15 @@ from __future__ import annotations
 import itertools
 import json
 import sys
-from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-from uncom_tiago_exec.robot_model import RobotModel, link_of_geometry
+from uncom_tiago_exec.link_pairs import FILE, Pair, adjacent_pairs, link_of_geometry
+from uncom_tiago_exec.robot_model import RobotModel
 
-Pair = frozenset[str]
-FILE = Path(__file__).parent / "config" / "self_collision.json"
 SAMPLES = 20_000
-
-
-@lru_cache(maxsize=1)
-def disabled_pairs() -> frozenset[Pair]:
-    """Return the pairs of links that never, or always, touch; each as a set of two link names."""
-    data = json.loads(FILE.read_text(encoding="utf-8"))
-    return frozenset(frozenset(pair) for pair in (*data["never"], *data["always"]))
-
-
-def adjacent_pairs(model: Any, geometry: Any) -> frozenset[Pair]:
-    """Return pairs of links on the same joint or on joints that follow one another."""
-    found = set()
-    for a, b in itertools.combinations(geometry.geometryObjects, 2):
-        i, j = a.parentJoint, b.parentJoint
-        if i == j or model.parents[i] == j or model.parents[j] == i:
-            found.add(frozenset((link_of_geometry(a.name), link_of_geometry(b.name))))
-    return frozenset(found)
 
 
 def sample_pairs(robot: RobotModel, samples: int = SAMPLES, seed: int = 0) -> dict[str, list[list[str]]]:
