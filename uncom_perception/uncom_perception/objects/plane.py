@@ -150,20 +150,43 @@ def _fit_once(flat: FloatArray, up: FloatArray, *, gravity_known: bool, rng: np.
 
 
 def _refined(flat: FloatArray, params: tuple[FloatArray, float], up: FloatArray) -> Plane:
-    """Fit the plane to all that lies near it, twice, the second time within four times the noise."""
+    """Fit the plane to what lies on it, not to the floors of plates and pans a few millimetres above it.
+
+    Things only ever add points above the table, so the table is the lowest dense layer: its level is the mode of the
+    heights, its noise the spread below the mode.
+    """
     normal, offset = params
+    if normal @ up < 0.0:
+        normal, offset = -normal, -offset
     reach, sigma = _INLIER_M, _INLIER_M
-    for _ in range(3):
-        distance = flat @ normal - offset
-        near = flat[np.abs(distance) < reach]
+    for _ in range(4):
+        height = flat @ normal - offset
+        level, sigma = lowest_layer(height[np.abs(height) < 2.0 * _INLIER_M])
+        reach = float(np.clip(2.2 * sigma, 0.0015, 0.02))
+        near = flat[np.abs(height - level) < reach]
         if len(near) < 20:
             break
         center = near.mean(axis=0)
         _, vectors = np.linalg.eigh((near - center).T @ (near - center))
-        normal = vectors[:, 0]
+        normal = vectors[:, 0] if vectors[:, 0] @ up > 0.0 else -vectors[:, 0]
         offset = float(normal @ center)
-        sigma = 1.4826 * float(np.median(np.abs(near @ normal - offset)))
-        reach = float(np.clip(3.0 * sigma, 0.003, 0.02))
-    if normal @ up < 0.0:
-        normal, offset = -normal, -offset
     return Plane(normal, float(offset), sigma)
+
+
+def lowest_layer(heights: npt.NDArray[np.floating]) -> tuple[float, float]:
+    """Return the level of the table among heights (N,) about it, and the noise, judged by what lies below that [m].
+
+    Where two layers are dense (a large plate on a small table), the lower one of comparable weight is the table.
+    """
+    if len(heights) < 20:
+        return 0.0, _INLIER_M
+    counts, edges = np.histogram(heights, bins=np.arange(-0.016, 0.0165, 0.0005))
+    smooth = np.convolve(counts, [0.25, 0.5, 0.25], mode="same")
+    dense = np.flatnonzero(smooth > 0.5 * smooth.max())
+    first = int(dense[0])
+    run = dense[dense - first == np.arange(len(dense))]
+    peak = int(run[smooth[run].argmax()])
+    level = 0.5 * float(edges[peak] + edges[peak + 1])
+    below = level - heights[heights <= level]
+    sigma = 1.4826 * float(np.median(below)) if len(below) > 10 else _INLIER_M
+    return level, max(sigma, 0.0002)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from uncom_perception.objects.plane import lowest_layer
 from uncom_perception.objects.table import TopDown
 from uncom_perception.types import Mask
 
@@ -47,8 +48,8 @@ def foreground(surfaces: Surfaces, on_table: Mask, near: TopDown) -> Mask:
     height = surfaces.ground_points[..., 2]
     clipped = np.clip(height, -0.05, 0.05)
     wide, narrow = smooth_height(clipped, 5), smooth_height(clipped, 3)
-    noise = 1.4826 * float(np.median(np.abs(wide[on_table] - np.median(wide[on_table])))) if on_table.any() else 0.002
-    low = max(0.0022, 4.0 * noise)
+    level, noise = lowest_layer(wide[on_table]) if on_table.any() else (0.0, 0.002)
+    low = level + max(0.0022, 4.0 * noise)
     with np.errstate(invalid="ignore"):
         above = (wide > low) & (narrow > 0.6 * low) & (height < _MAX_HEIGHT_M)
     return np.asarray(above & near.inside(surfaces.ground_points[..., :2]))

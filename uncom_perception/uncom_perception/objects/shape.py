@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
-from skimage.morphology import reconstruction
 
 FloatArray = npt.NDArray[np.float64]
 
 _CELL_M = 0.003
+_SECTORS = 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ class Shape:
     flatness: float  # height / length
     roundness: float  # 1: the body's footprint is a disc
     rectangularity: float  # 1: the footprint fills its box
-    hollowness: float  # share of the footprint that is a cavity open to above
+    hollowness: float  # share of the footprint's middle that is lower than its rim
     cavity: float  # depth of that cavity / height
     handle: float  # length of what sticks out of a round body [m]
     curvature: float  # bow of a long thing: sagitta / length
@@ -56,7 +56,7 @@ class Footprint:
 def measure(points: npt.NDArray[np.floating], viewer: FloatArray) -> Shape:
     """Measure a thing by points (N, 3) as x, y, height [m], seen from a viewer (3,) in the same frame."""
     footprint = _rasterise(points)
-    mask = footprint.mask.astype(np.uint8)
+    mask = cv2.morphologyEx(footprint.mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
     contour = _largest_contour(mask)
     hull = cv2.convexHull(contour)
     (_, _), (side_a, side_b), _ = cv2.minAreaRect(hull)
@@ -69,7 +69,7 @@ def measure(points: npt.NDArray[np.floating], viewer: FloatArray) -> Shape:
     body_length = (max(body_a, body_b) + 1.0) * _CELL_M
     radius = cv2.minEnclosingCircle(body_hull)[1] + 0.5
     hull_area = max(float(cv2.contourArea(body_hull)), 1.0)
-    hollow, cavity = _cavity(footprint, height)
+    hollow, cavity = _cavity(footprint, body, height)
     top = float((footprint.height[footprint.mask] > height - max(0.006, 0.08 * height)).mean())
     neck, taper = _profile(points, viewer, height)
     return Shape(
@@ -100,15 +100,10 @@ def _rasterise(points: npt.NDArray[np.floating]) -> Footprint:
     height = np.full(size[0] * size[1], np.nan)
     height[index[order][last]] = points[order[last], 2]
     height = height.reshape(size[1], size[0])
-    closed = cv2.morphologyEx(np.isfinite(height).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
-    filled = _fill(height, closed.astype(bool))
-    return Footprint(filled.astype(np.float32), np.asarray(origin, dtype=float))
-
-
-def _fill(height: FloatArray, wanted: npt.NDArray[np.bool_]) -> FloatArray:
-    """Give cells without points the height of the nearest cell that has some."""
+    closed = cv2.morphologyEx(np.isfinite(height).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     nearest = ndimage.distance_transform_edt(~np.isfinite(height), return_distances=False, return_indices=True)
-    return np.where(wanted, height[tuple(nearest)], np.nan)
+    filled = np.where(closed.astype(bool), height[tuple(nearest)], np.nan)
+    return Footprint(filled.astype(np.float32), np.asarray(origin, dtype=float))
 
 
 def _largest_contour(mask: npt.NDArray[np.uint8]) -> npt.NDArray[np.int32]:
@@ -138,22 +133,38 @@ def _split_handle(mask: npt.NDArray[np.uint8]) -> tuple[npt.NDArray[np.uint8], f
     return body, max(reach, default=0.0) * _CELL_M
 
 
-def _cavity(footprint: Footprint, height: float) -> tuple[float, float]:
-    """Return the share of the footprint that would hold water, and that water's depth / height.
+def _cavity(footprint: Footprint, body: npt.NDArray[np.uint8], height: float) -> tuple[float, float]:
+    """Return the share of the middle of the footprint that is lower than its rim, and how deep it is / height.
 
-    Flooding from outside (grey reconstruction by erosion): what the flood cannot reach below the rim is a cavity.
+    The rim is the outer ring of the body, sector by sector, so that gaps in it do not matter. A middle of which nothing
+    is seen, inside a ring that is, lies behind the front rim: the top of a solid thing would be seen from above.
     """
-    mask = ndimage.binary_fill_holes(footprint.mask)
-    surface = np.where(mask, _fill(footprint.height.astype(float), mask), 0.0)
-    surface = ndimage.grey_closing(surface, size=(3, 3))
-    padded = np.pad(surface, 1)
-    seed = np.full_like(padded, padded.max())
-    seed[0], seed[-1], seed[:, 0], seed[:, -1] = 0.0, 0.0, 0.0, 0.0
-    depth = reconstruction(seed, padded, method="erosion") - padded
-    deep = depth > max(0.003, 0.12 * height)
-    if deep.sum() < 6:
+    rows, columns = np.nonzero(body)
+    center = np.array([columns.mean(), rows.mean()])
+    offset = np.column_stack([columns, rows]) - center
+    radius = np.hypot(offset[:, 0], offset[:, 1])
+    sector = ((np.arctan2(offset[:, 1], offset[:, 0]) + np.pi) / (2.0 * np.pi) * _SECTORS).astype(int) % _SECTORS
+    reach = np.zeros(_SECTORS)
+    np.maximum.at(reach, sector, radius)
+    reach = np.maximum(reach, 1.0)
+    if reach.mean() * _CELL_M < 0.015:
         return 0.0, 0.0
-    return float(deep.sum() / max(mask.sum(), 1)), float(np.percentile(depth[deep], 90) / max(height, 1e-3))
+    share = radius / reach[sector]
+    heights = footprint.height[rows, columns]
+    seen = np.isfinite(heights)
+    rims = np.full(_SECTORS, -np.inf)
+    outer = seen & (share > 0.7)
+    np.maximum.at(rims, sector[outer], heights[outer])
+    rims = rims[np.isfinite(rims)]
+    middle = share < 0.6
+    if len(rims) < _SECTORS // 2 or middle.sum() < 5:
+        return 0.0, 0.0
+    rim = float(np.percentile(rims, 60))
+    low = seen & middle & (heights < rim - max(0.003, 0.12 * height))
+    hollow = float((low.sum() + (middle & ~seen).sum()) / middle.sum())
+    inner = heights[seen & (share < 0.9)]
+    depth = rim - float(np.percentile(inner, 5)) if len(inner) else 0.6 * height
+    return hollow, float(np.clip(depth / max(height, 1e-3), 0.0, 1.0)) if hollow > 0.1 else 0.0
 
 
 def _curvature(points: npt.NDArray[np.floating]) -> float:

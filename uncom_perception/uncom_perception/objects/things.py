@@ -34,7 +34,7 @@ def find_things(
     pixels &= ~hand_pixels(surfaces, pixels, hands)
     labels = connected(surfaces, pixels)
     labels = _without_specks(labels)
-    labels = _joined(surfaces, labels)
+    labels = _hollow_joined(surfaces, _joined(surfaces, labels))
     inside = table.inside(surfaces.ground_points[..., :2])
     boxes = _label_boxes(labels)
     masks = []
@@ -152,14 +152,61 @@ def _joined(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
     order = np.argwhere(np.triu(contacts) >= 2)
     for i, j in sorted(order.tolist(), key=lambda pair: -int(contacts[pair[0], pair[1]])):
         small = min(sizes[i - 1], sizes[j - 1]) < _FRAGMENT_PIXELS
-        difference = colours[i - 1] - colours[j - 1]
-        alike = np.hypot(difference[1], difference[2]) < 14.0 and abs(difference[0]) < 35.0
-        if small or (alike and contacts[i, j] >= 4):
+        if small or (_alike(colours[i - 1], colours[j - 1]) and contacts[i, j] >= 4):
             a, b = _root(parent, i), _root(parent, j)
             parent[max(a, b)] = min(a, b)
     roots = np.array([_root(parent, i) for i in range(count + 1)])
     renumber = np.unique(roots, return_inverse=True)[1].astype(np.int32)
     return np.asarray(renumber[labels], dtype=np.int32)
+
+
+def _alike(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> bool:
+    """Whether two Lab colours may be one surface in light and in shade, where chroma shrinks with lightness."""
+    if abs(float(a[0] - b[0])) > 38.0:
+        return False
+    plain = float(np.hypot(*(a[1:] - b[1:])))
+    relative = float(np.hypot(*(a[1:] / (a[0] + 12.0) - b[1:] / (b[0] + 12.0))))
+    return plain < 14.0 or relative < 0.22
+
+
+def _hollow_joined(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
+    """Join the front of a hollow thing and what is seen of its inside over the rim, where the rim itself was lost.
+
+    Such surfaces border one another in the image, are alike in colour, and together are hardly longer than alone.
+    """
+    boxes = _label_boxes(labels)
+    if len(boxes) < 2:
+        return labels
+    colours = _label_colours(surfaces, labels)
+    kernel = np.ones((9, 9), np.uint8)
+    corners: dict[int, npt.NDArray[np.float32]] = {}
+    parent = np.arange(int(labels.max()) + 1)
+    for i, box in boxes.items():
+        rows = slice(max(0, box[0].start - 5), box[0].stop + 5)
+        columns = slice(max(0, box[1].start - 5), box[1].stop + 5)
+        part = labels[rows, columns]
+        near = cv2.dilate((part == i).astype(np.uint8), kernel).astype(bool)
+        others, counts = np.unique(part[near & (part > 0) & (part != i)], return_counts=True)
+        for j in others[counts >= 25].tolist():
+            if j < i and _root(parent, i) != _root(parent, j) and _alike(colours[i - 1], colours[j - 1]):
+                hulls = [corners.setdefault(k, _hull(surfaces, labels, k, boxes[k])) for k in (i, j)]
+                if _one_body(*hulls):
+                    a, b = _root(parent, i), _root(parent, j)
+                    parent[max(a, b)] = min(a, b)
+    roots = np.array([_root(parent, i) for i in range(len(parent))])
+    return np.asarray(np.unique(roots, return_inverse=True)[1].astype(np.int32)[labels], dtype=np.int32)
+
+
+def _hull(surfaces: Surfaces, labels: LabelImage, label: int, box: tuple[slice, slice]) -> npt.NDArray[np.float32]:
+    flat = surfaces.ground_points[box][labels[box] == label][:, :2]
+    return np.asarray(cv2.convexHull(np.ascontiguousarray(flat, dtype=np.float32))[:, 0], dtype=np.float32)
+
+
+def _one_body(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> bool:
+    """Whether two outlines seen from above are parts of one compact thing."""
+    sides = [cv2.minAreaRect(hull)[1] for hull in (a, b, np.concatenate([a, b]))]
+    longest = max(*sides[0], *sides[1])
+    return max(sides[2]) < 1.15 * longest + 0.006 and min(sides[2]) > 0.5 * min(longest, 0.25)
 
 
 def _label_colours(surfaces: Surfaces, labels: LabelImage) -> npt.NDArray[np.float32]:
