@@ -82,10 +82,10 @@ def _choose(
         if free.is_empty:
             raise NoPlaceError("I cannot reach any free place that is big enough for it.")
     best: list[tuple[float, FloatArray, Cell]] = []
-    for cell in cells:
-        if cell.occupied_by:
-            continue
-        points = _points_of(Polygon(cell.polygon).intersection(free))
+    empty = [cell for cell in cells if not cell.occupied_by]
+    parts = shapely.intersection(np.array([Polygon(cell.polygon) for cell in empty]), free)
+    for cell, part in zip(empty, parts, strict=True):
+        points = _points_of(part)
         if len(points):
             costs = cost(points, shape)
             i = int(np.argmin(costs))

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from scipy.spatial import Voronoi
 from shapely.geometry import Polygon
@@ -34,18 +35,16 @@ def occupancy_map(
     grown = {name: shape.buffer(clearance) for name, shape in footprints.items() if not shape.is_empty}
     seeds = _seeds(outline, list(grown.values()), cell_size)
     parts = _clipped(seeds, outline)
-    cells: list[Cell] = []
-    for part in parts:
-        names = [name for name, shape in grown.items() if shape.intersects(part)]
-        cells.append(
-            Cell(
-                id=f"cell_{len(cells)}",
-                polygon=np.asarray(part.exterior.coords)[:-1],
-                centre=np.array([part.centroid.x, part.centroid.y]),
-                occupied_by=" ".join(names),
-            )
+    touches = {name: shapely.intersects(np.array(parts), shape) for name, shape in grown.items()}
+    return tuple(
+        Cell(
+            id=f"cell_{i}",
+            polygon=np.asarray(part.exterior.coords)[:-1],
+            centre=np.array([part.centroid.x, part.centroid.y]),
+            occupied_by=" ".join(name for name in grown if touches[name][i]),
         )
-    return tuple(cells)
+        for i, part in enumerate(parts)
+    )
 
 
 def _seeds(outline: Polygon, things: list[Polygon], size: float) -> FloatArray:
@@ -60,8 +59,10 @@ def _seeds(outline: Polygon, things: list[Polygon], size: float) -> FloatArray:
         points = points[far]
     for _ in range(RELAXATIONS):
         everything = np.vstack([points, rings]) if len(rings) else points
-        regions = _regions(everything, outline)
-        points = np.array([_centroid_in(regions[i], points[i]) for i in range(len(points))]).reshape(-1, 2)
+        regions = _regions(everything, outline)[: len(points)]
+        centres = shapely.get_coordinates(shapely.centroid(regions))  # each holds its seed: none is empty
+        inside = shapely.contains_xy(outline, centres[:, 0], centres[:, 1])  # a bent cell's may lie off the table
+        points = np.where(inside[:, None], centres, points)
     return np.vstack([points, rings]) if len(rings) else points
 
 
@@ -86,26 +87,23 @@ def _ring(shape: Polygon, size: float) -> FloatArray:
     return np.array([[p.x, p.y] for p in points])
 
 
-def _regions(seeds: FloatArray, outline: Polygon) -> list[Polygon]:
+def _regions(seeds: FloatArray, outline: Polygon) -> npt.NDArray[np.object_]:
     """Return each seed's part of the outline; distant helper seeds keep every region bounded."""
     x_min, y_min, x_max, y_max = outline.bounds
     span = 10.0 * max(x_max - x_min, y_max - y_min, 1e-6)
     cx, cy = (x_min + x_max) / 2.0, (y_min + y_max) / 2.0
     helpers = np.array([[cx - span, cy], [cx + span, cy], [cx, cy - span], [cx, cy + span]])
     diagram = Voronoi(np.vstack([seeds, helpers]))
-    regions = [diagram.vertices[diagram.regions[diagram.point_region[i]]] for i in range(len(seeds))]
-    return [shapely.convex_hull(shapely.MultiPoint(r)).intersection(outline) for r in regions]
+    regions = [diagram.regions[diagram.point_region[i]] for i in range(len(seeds))]
+    corners = diagram.vertices[np.concatenate(regions)]
+    owners = np.repeat(np.arange(len(regions)), [len(region) for region in regions])
+    hulls = shapely.convex_hull(shapely.multipoints(corners, indices=owners))
+    shapely.prepare(outline)
+    inside = shapely.contains_properly(outline, hulls)
+    hulls[~inside] = shapely.intersection(hulls[~inside], outline)
+    return np.asarray(hulls)
 
 
 def _clipped(seeds: FloatArray, outline: Polygon) -> list[Polygon]:
-    parts: list[Polygon] = []
-    for region in _regions(seeds, outline):
-        parts += [p for p in shapely.get_parts(region) if p.geom_type == "Polygon" and p.area > 1e-9 * outline.area]
-    return parts
-
-
-def _centroid_in(region: Polygon, seed: FloatArray) -> FloatArray:
-    if region.is_empty:
-        return seed
-    centroid = region.centroid
-    return np.array([centroid.x, centroid.y])
+    parts = shapely.get_parts(_regions(seeds, outline))
+    return [p for p in parts if p.geom_type == "Polygon" and p.area > 1e-9 * outline.area]
