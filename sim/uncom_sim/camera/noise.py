@@ -78,7 +78,7 @@ class NoisyCamera:
             edge = jump > np.maximum(np.float32(noise.edge_step) * finite, np.float32(0.01))
             missing |= (edge & (luck < noise.edge_loss)) | (luck > 1.0 - noise.speckle_loss)
         measured[missing] = np.nan
-        return measured
+        return np.asarray(measured)
 
     def _cut(self, shape: tuple[int, ...], step: int, sheet: int) -> tuple[slice, slice]:
         """Return where on a sheet the noise of a step lies."""

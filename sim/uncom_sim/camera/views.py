@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 from uncom_common.camera import PinholeCamera
-from uncom_common.transforms import FloatArray, invert
+from uncom_common.transforms import FloatArray
 
 # The head camera of the robot (Orbbec Astra, as PAL's own simulation has it).
 HEAD_CAMERA = PinholeCamera(640, 480, 522.19, 522.19, 320.5, 240.5)
@@ -30,9 +30,3 @@ def look_at(eye: npt.ArrayLike, target: npt.ArrayLike) -> FloatArray:
     matrix[:3, :3] = np.column_stack([right, np.cross(forward, right), forward])
     matrix[:3, 3] = start
     return matrix
-
-
-def gl_view(optical_to_world: FloatArray) -> list[float]:
-    """Return OpenGL's view matrix (16, column by column) of a camera at transform_optical_to_world."""
-    turned = np.diag([1.0, -1.0, -1.0, 1.0]) @ invert(optical_to_world)
-    return [float(v) for v in turned.T.reshape(-1)]

@@ -60,6 +60,7 @@ class TrajectoryController:
     ) -> None:
         """Follow a trajectory from now on (or from its start time); a goal that was active is aborted.
 
+        The way from the present set-point to the first way-point takes all the time there is until then.
         `done` is called once with the outcome of an action goal; without it (a message on the topic) nobody is told.
 
         Raises:
@@ -72,8 +73,6 @@ class TrajectoryController:
         start = trajectory.start_s if trajectory.start_s > 0.0 else now_s
         here = Waypoint(now_s, self.desired.positions, self.desired.velocities, self.desired.accelerations)
         ahead = [Waypoint(start + p.time_s, p.positions, p.velocities, p.accelerations) for p in ordered.points]
-        if start > now_s and ahead[0].time_s <= start:
-            here = Waypoint(start - 1e-9, here.positions, here.velocities, here.accelerations)
         self._points = (here, *(p for p in ahead if p.time_s > now_s)) if ahead[-1].time_s > now_s else (ahead[-1],)
         self._limits = limits(
             config.joints,
