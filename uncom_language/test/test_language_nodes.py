@@ -14,12 +14,12 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from simulated_speech import say
-
 from uncom_common.conversions import header_to_msg, seconds_from_msg
-from uncom_interfaces.msg import Command, SpeechStatus, Transcript
 from uncom_language.exceptions import UnknownBackendError
 from uncom_language.language_node import LanguageNode
 from uncom_language.speech_node import SpeechNode
+
+from uncom_interfaces.msg import Command, SpeechStatus, Transcript
 
 DOMAIN = 40
 START_S = 1000.0
@@ -52,7 +52,9 @@ class Graph:
         self.thread.start()
         self.now_s = START_S
         self.wait(lambda: self.audio.get_subscription_count() and self.language.count_publishers("/uncom/transcript"))
-        self.wait(lambda: self.probe.count_publishers("/uncom/command") and self.probe.count_publishers("/uncom/transcript"))
+        self.wait(
+            lambda: self.probe.count_publishers("/uncom/command") and self.probe.count_publishers("/uncom/transcript")
+        )
 
     def _keep(self, kept, msg):
         with self.changed:
@@ -138,7 +140,10 @@ def test_a_greeting_is_heard_and_refused_politely(graph):
 
 def test_two_utterances_one_after_another_give_two_commands(graph):
     sound = np.concatenate(
-        [say("pick up the red cup", tail_s=1.0).samples, say("put the banana to the left of the box", tail_s=2.0).samples]
+        [
+            say("pick up the red cup", tail_s=1.0).samples,
+            say("put the banana to the left of the box", tail_s=2.0).samples,
+        ]
     )
     _, commands = graph.hear(sound)
     assert [command.primitive for command in commands] == ["pick", "place"]

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 import yaml
-
 from uncom_language.parser import parse_text, sentence_to_json
 from uncom_language.types import Act
 
@@ -54,7 +53,7 @@ def test_an_incomplete_command_names_the_missing_part(text, part):
 
 def test_a_sentence_takes_less_than_two_milliseconds():
     parse_text("put the cup on the plate")
-    started = time.perf_counter()
+    started = time.process_time()
     for text, _ in COMMANDS:
         parse_text(text)
-    assert (time.perf_counter() - started) / len(COMMANDS) < 0.002
+    assert (time.process_time() - started) / len(COMMANDS) < 0.002

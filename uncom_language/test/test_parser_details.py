@@ -6,7 +6,6 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from uncom_language.exceptions import UnknownLanguageError
 from uncom_language.parser import command_to_json, grammar_parser, parse_text, parse_transcript
 from uncom_language.parser.lexicon import load_lexicon
@@ -23,7 +22,10 @@ def test_parts_keep_the_times_of_their_words():
     (command,) = parse_transcript(Transcript("u1", words))
     assert command.utterance_id == "u1"
     assert (command.object.span.start_s, command.object.span.end_s) == (words[1].start_s, words[2].end_s)
-    assert (command.object.deictic_span.start_s, command.object.deictic_span.end_s) == (words[1].start_s, words[1].end_s)
+    assert (command.object.deictic_span.start_s, command.object.deictic_span.end_s) == (
+        words[1].start_s,
+        words[1].end_s,
+    )
     assert (command.target.span.start_s, command.target.span.end_s) == (words[7].start_s, words[9].end_s)
     assert command.target.deictic_span.start_s == words[7].start_s
     assert command.action_span.start_s == words[4].start_s
@@ -63,7 +65,10 @@ def test_similarity_is_an_anchor_of_its_own_kind():
 
 
 def test_quantities():
-    counted = [parse_text(f"pick up {what}")[0].object.quantity for what in ("the cup", "two cups", "both cups", "all the cups", "these", "three of the cups")]
+    counted = [
+        parse_text(f"pick up {what}")[0].object.quantity
+        for what in ("the cup", "two cups", "both cups", "all the cups", "these", "three of the cups")
+    ]
     assert counted == [1, 2, 2, 0, 0, 3]
 
 

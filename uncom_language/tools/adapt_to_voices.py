@@ -22,7 +22,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pocketsphinx
-
 from uncom_language.speech.acoustic_model import make_shifted_model, read_gaussians, write_shift
 from uncom_language.speech.audio import with_floor
 from uncom_language.speech.language_model import ModelWeights, draw_sentences

@@ -20,7 +20,7 @@ import pocketsphinx
 from uncom_language.exceptions import RecognizerError
 from uncom_language.speech.acoustic_model import make_shifted_model, read_shift
 from uncom_language.speech.alternatives import Hypothesis, make_alternatives, with_confidences
-from uncom_language.speech.audio import SAMPLE_RATE, Int16Array, as_float, resample, to_int16, with_floor
+from uncom_language.speech.audio import SAMPLE_RATE, Int16Array, as_float, resample, to_int16
 from uncom_language.speech.language_model import ModelWeights, draw_sentences, make_arpa
 from uncom_language.speech.pronunciation import pronounce
 from uncom_language.speech.recognizer import Recognition, Recognizer, Samples
@@ -167,7 +167,11 @@ class PocketSphinxRecognizer(Recognizer):
             if best.score == -math.inf:
                 return Recognition(reason="no words in it")
             words = tuple(
-                Word(_plain(part.word), offset_s + part.start_frame * _FRAME_S, offset_s + (part.end_frame + 1) * _FRAME_S)
+                Word(
+                    _plain(part.word),
+                    offset_s + part.start_frame * _FRAME_S,
+                    offset_s + (part.end_frame + 1) * _FRAME_S,
+                )
                 for part in best.decoder.seg()
                 if _is_word(part.word)
             )

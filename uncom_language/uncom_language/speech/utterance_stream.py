@@ -78,10 +78,12 @@ class UtteranceStream:
         config = self.config
         self._rest: FloatArray = np.zeros(0, np.float32)
         self._position = 0  # samples cut into frames since the origin
+        # A stream may begin in the middle of a word: the background is taken for quiet until half a second is known.
+        quiet = [config.floor_db - config.margin_db] * 2
         history = max(1, round((config.pre_roll_s + config.onset_window_s) / FRAME_S))
         self._history: deque[Int16Array] = deque(maxlen=history)
         self._voiced: deque[bool] = deque(maxlen=max(1, round(config.onset_window_s / FRAME_S)))
-        self._levels: deque[float] = deque(maxlen=max(1, round(config.noise_window_s / FRAME_S)))
+        self._levels: deque[float] = deque(quiet, maxlen=max(1, round(config.noise_window_s / FRAME_S)))
         self._frames: list[Int16Array] = []
         self._start = 0
         self._silent = 0
@@ -134,7 +136,7 @@ class UtteranceStream:
 
     def flush(self) -> list[Segment]:
         """End the open utterance, if there is one (end of a file, a gap in the stream)."""
-        return [self._cut()] if self._frames else []
+        return self._cut() if self._frames else []
 
     def _frame(self, frame: Int16Array) -> list[Segment]:
         voiced = self._is_voiced(frame)
@@ -149,7 +151,7 @@ class UtteranceStream:
         self._silent = 0 if voiced else self._silent + 1
         long = len(self._frames) * FRAME_S >= self.config.max_length_s
         if long or self._silent * FRAME_S >= self.config.hang_over_s:
-            return [self._cut()]
+            return self._cut()
         return []
 
     def _open(self) -> None:
@@ -161,19 +163,29 @@ class UtteranceStream:
         self._start = self._position - kept * _FRAME
         self._silent = 0
 
-    def _cut(self) -> Segment:
+    def _cut(self) -> list[Segment]:
+        """End the open utterance; it counts if it stands out of the background as known by now."""
         segment = Segment(np.concatenate(self._frames), self._time(self._start))
+        threshold = self._background() + self.config.margin_db
+        standing_out = sum(_level_db(frame) > threshold for frame in self._frames)
         self._frames = []
         self._silent = 0
         self._voiced.clear()
         self._history.clear()
-        return segment
+        return [segment] if standing_out * FRAME_S >= self.config.min_voiced_s else []
+
+    def _background(self) -> float:
+        """Return the level of the quietest tenth of the last seconds [dB]: the background, also while someone speaks."""
+        levels = np.fromiter(self._levels, float)
+        return float(np.partition(levels, len(levels) // 10)[len(levels) // 10])
 
     def _is_voiced(self, frame: Int16Array) -> bool:
-        power = float(np.mean(np.square(frame.astype(np.float32) / 32768.0)))
-        level = 10.0 * np.log10(power + 1e-12)
+        level = _level_db(frame)
         self._levels.append(level)
-        # The quietest tenth of the last seconds is the background, also while someone speaks.
-        background = float(np.percentile(np.fromiter(self._levels, float), 10))
-        loud = level > self.config.floor_db and level > background + self.config.margin_db
-        return bool(self._vad.is_speech(frame.tobytes())) and (loud or len(self._levels) < 10)
+        loud = level > max(self.config.floor_db, self._background() + self.config.margin_db)
+        return loud and bool(self._vad.is_speech(frame.tobytes()))
+
+
+def _level_db(frame: Int16Array) -> float:
+    """Return the level of a frame [dB of full scale]."""
+    return float(10.0 * np.log10(np.mean(np.square(frame.astype(np.float32) / 32768.0)) + 1e-12))
