@@ -91,9 +91,8 @@ class Simulator:
         )
         try:
             self.world = World(self.client, scene, seed)
-            self.robot = Robot(self.client, self.options.robot)
             self.world.settle()
-            self.robot.update()
+            self.robot = Robot(self.client, self.options.robot)
         except Exception:
             self.close()
             raise
