@@ -88,13 +88,17 @@ class Likelihoods:
                 mass = max(_COLOUR_MASS, sum(noun.colours.values()) / len(COLOUR_NAMES))
                 self._colour_log_mass[i] = math.log(mass)
 
-    def log_ratios(self, shape: Shape | None, colours: Mapping[str, float]) -> FloatArray:
-        """Return log P(measures | noun) / P(measures | any thing) for every noun (N,)."""
+    def log_ratios(self, shape: Shape | None, colours: Mapping[str, float], hidden: float = 0.0) -> FloatArray:
+        """Return log P(measures | noun) / P(measures | any thing) for every noun (N,).
+
+        Of a thing that is partly hidden (0 to 1) all measures but the height say less.
+        """
         total = np.zeros(len(self.names))
         if shape is not None:
             x = np.array([getattr(shape, name) for name in _MEASURES])
             off = np.maximum(np.maximum((self._low - x) / self._soft_low, (x - self._high) / self._soft_high), 0.0)
-            total += (np.maximum(-0.5 * off**2, math.log(_FLOOR)) - self._log_mass).sum(axis=1)
+            trust = np.where(np.array(_MEASURES) == "height", 1.0, 1.0 - 0.75 * hidden)
+            total += ((np.maximum(-0.5 * off**2, math.log(_FLOOR)) - self._log_mass) * trust).sum(axis=1)
         shares = dict(colours)
         fit = (self._colours * np.array([colour_probability(shares, name) for name in COLOUR_NAMES])).max(axis=1)
         with_colour = self._colours.any(axis=1)

@@ -92,9 +92,9 @@ class PhraseMatcher:
                 unknown = word
         return Phrase(text, noun, unknown, tuple(colours), tuple(ranks), tuple(shapes))
 
-    def describe(self, shape: Shape | None, colours: Mapping[str, float], size: float) -> Thing:
-        """Return a thing with what every noun makes of its measures."""
-        return Thing(shape, colours, size, self._likelihoods.log_ratios(shape, colours))
+    def describe(self, shape: Shape | None, colours: Mapping[str, float], size: float, hidden: float = 0.0) -> Thing:
+        """Return a thing, a share of which may be hidden, with what every noun makes of its measures."""
+        return Thing(shape, colours, size, self._likelihoods.log_ratios(shape, colours, hidden))
 
     def label(self, thing: Thing) -> tuple[str, float]:
         """Return the best noun for a thing and its probability among all nouns (and an unknown kind of thing)."""

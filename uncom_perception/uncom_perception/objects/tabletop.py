@@ -26,7 +26,7 @@ from uncom_perception.objects.scenes import answer, mask_slices
 from uncom_perception.objects.segments import Surfaces
 from uncom_perception.objects.shape import measure
 from uncom_perception.objects.table import Ground, TopDown, find_table, ground_frame, table_pixels
-from uncom_perception.objects.things import find_things
+from uncom_perception.objects.things import find_things, hidden_share
 from uncom_perception.types import Geometry, HandsFrame, Mask, Scene, TableSurface
 
 _OVERHANG_M = 0.03
@@ -104,13 +104,14 @@ class TabletopDetector(ObjectDetector):
         masks = find_things(surfaces, on_table, near, follow, hands, camera)
         viewer = ground.project(pose[:3, 3][None])[0].astype(float)
         gain = exposure(image_rgb)
-        found = [self._described(mask, image_rgb, ground_points, ground, viewer, gain) for mask in masks]
+        found = [self._described(mask, image_rgb, depth, ground_points, ground, viewer, gain) for mask in masks]
         return table, [thing for thing in found if thing is not None]
 
     def _described(
         self,
         mask: Mask,
         image_rgb: RgbImage,
+        depth: DepthImage,
         ground_points: npt.NDArray[np.float32],
         ground: Ground,
         viewer: FloatArray,
@@ -126,7 +127,11 @@ class TabletopDetector(ObjectDetector):
         inner = cv2.erode(part.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
         pixels = image_part[inner if inner.sum() > 30 else part]
         pixels = pixels[:: max(1, len(pixels) // 4000)]
-        return mask, geometry(points, ground), self._matcher.describe(shape, name_colours(pixels, gain), size)
+        return (
+            mask,
+            geometry(points, ground),
+            self._matcher.describe(shape, name_colours(pixels, gain), size, hidden_share(mask, depth)),
+        )
 
 
 def _moved(points: npt.NDArray[np.float32], pose: FloatArray) -> npt.NDArray[np.float32]:

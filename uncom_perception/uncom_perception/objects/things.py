@@ -206,7 +206,7 @@ def _one_body(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> bool:
     """Whether two outlines seen from above are parts of one compact thing."""
     sides = [cv2.minAreaRect(hull)[1] for hull in (a, b, np.concatenate([a, b]))]
     longest = max(*sides[0], *sides[1])
-    return max(sides[2]) < 1.15 * longest + 0.006 and min(sides[2]) > 0.5 * min(longest, 0.25)
+    return bool(max(sides[2]) < 1.15 * longest + 0.006 and min(sides[2]) > 0.5 * min(longest, 0.25))
 
 
 def _label_colours(surfaces: Surfaces, labels: LabelImage) -> npt.NDArray[np.float32]:
@@ -258,6 +258,22 @@ def _hovers(labels: LabelImage, label: int, box: tuple[slice, slice], camera: Pi
     if len(v) < 5:
         return False
     return float((labels[v, u] == 0).mean()) > 0.6
+
+
+def hidden_share(mask: Mask, depth: npt.NDArray[np.float32]) -> float:
+    """Return how much of a thing's outline is not its own: cut by the image's border or by something nearer, 0 to 1."""
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    y0, x0 = max(0, int(rows[0]) - 5), max(0, int(columns[0]) - 5)
+    box = np.s_[y0 : int(rows[-1]) + 6, x0 : int(columns[-1]) + 6]
+    part = mask[box].astype(np.uint8)
+    own = np.where((part > 0) & np.isfinite(depth[box]), depth[box], np.float32(0.0)).astype(np.float32)
+    ring = (cv2.dilate(part, np.ones((9, 9), np.uint8)) > 0) & (cv2.dilate(part, np.ones((5, 5), np.uint8)) == 0)
+    with np.errstate(invalid="ignore"):
+        nearer = ring & (depth[box] < cv2.dilate(own, np.ones((9, 9), np.uint8)) - 0.03)
+    cut = int(mask[:, :2].any(axis=1).sum() + mask[:, -2:].any(axis=1).sum())
+    cut += int(mask[:2].any(axis=0).sum() + mask[-2:].any(axis=0).sum())
+    outline = float(ring.sum()) / 2.0 + cut
+    return float(np.clip(2.5 * (0.5 * float(nearer.sum()) + cut) / max(outline, 1.0), 0.0, 1.0))
 
 
 def _closed(mask: Mask, box: tuple[slice, slice]) -> Mask:
