@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The real MediaPipe on rendered pictures of a pointing person."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from perception_scenes import CAMERA, POSE, takes
+from uncom_common.transforms import apply, invert
+from uncom_perception.exceptions import InvalidImageError
+from uncom_perception.hands import hands_to_json, point_in_image
+
+SCENE = {
+    "objects": [
+        {"id": "lemon", "kind": "lemon", "x": 0.6, "y": 0.05},
+        {"id": "bowl", "kind": "bowl", "colour": "red", "x": 0.62, "y": -0.22},
+    ],
+    "say": "take this lemon and put it in this bowl",
+    "point_object": "lemon",
+    "point_target": "bowl",
+}
+
+
+@pytest.fixture(scope="module")
+def pictures():
+    return [take for seed in (1, 2) for take in takes(SCENE, seed, (None, "object", "target"))]
+
+
+@pytest.fixture(scope="module")
+def frames(pictures):
+    return [point_in_image(p.rgb, p.depth, CAMERA) for p in pictures]
+
+
+def test_no_hand_is_seen_where_there_is_none(pictures, frames):
+    """Without a person in the picture there are no hands and no pointing hand."""
+    for picture, frame in zip(pictures, frames, strict=True):
+        if picture.joints is None:
+            assert frame.hands == ()
+            assert frame.pointing_hand is None
+
+
+def test_a_pointing_hand_points_where_its_finger_does(pictures, frames):
+    """In the image the ray follows the finger within 10 degrees, in space within 15."""
+    seen = 0
+    for picture, frame in zip(pictures, frames, strict=True):
+        if picture.joints is None or frame.pointing_hand is None:
+            continue
+        seen += 1
+        ray = frame.hands[frame.pointing_hand].ray
+        joints = apply(invert(POSE), picture.joints)
+        pixels = CAMERA.project(joints)
+        finger = (pixels[8] - pixels[5]) / np.linalg.norm(pixels[8] - pixels[5])
+        assert np.degrees(np.arccos(np.clip(finger @ np.array(ray.direction), -1, 1))) < 10.0
+        assert ray.metric is not None
+        axis = (joints[8] - joints[5]) / np.linalg.norm(joints[8] - joints[5])
+        error = np.degrees(np.arccos(np.clip(axis @ ray.metric.direction, -1, 1)))
+        assert error < 15.0
+        assert 1.0 < np.degrees(ray.sigma_rad) < 20.0
+        assert np.linalg.norm(ray.metric.tip - joints[8]) < 0.03
+    assert seen >= 3
+
+
+def test_the_json_holds_what_the_command_line_promises(frames):
+    """Each hand has 21 landmarks of three numbers, and a ray exactly if it points."""
+    for frame in frames:
+        data = json.loads(json.dumps(hands_to_json(frame)))
+        assert set(data) == {"hands", "pointing_hand"}
+        for hand in data["hands"]:
+            assert set(hand) == {"handedness", "score", "landmarks", "pointing", "ray"}
+            assert np.shape(hand["landmarks"]) == (21, 3)
+            assert (hand["ray"] is not None) == hand["pointing"]
+            assert hand["handedness"] in ("left", "right")
+
+
+def test_what_is_no_picture_is_refused():
+    """A grey image is refused with its shape."""
+    with pytest.raises(InvalidImageError, match=r"\(48, 64\)"):
+        point_in_image(np.zeros((48, 64), np.uint8))
