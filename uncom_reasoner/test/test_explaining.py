@@ -12,6 +12,7 @@ from geometry_msgs.msg import Polygon
 from reasoner_scenes import CAMERA, TABLE_Z, VIEW, Thing, command, evidence, pixels, pointing, reference
 from std_msgs.msg import Header
 from uncom_language.types import Primitive, Relation
+from uncom_perception.types import Attribute
 from uncom_reasoner.annotate import GREEN, ORANGE, annotate, caption
 from uncom_reasoner.conversions import (
     explanation_from_msg,
@@ -186,6 +187,13 @@ def test_the_robot_says_what_it_understood():
     assert said["area"] == "I take the lemon and put it there, where you point."
     assert said["pick"] == "I take the lemon."
     assert said["unseen"] == "I do not see the pear on the table."
+
+
+def test_the_robot_repeats_the_speakers_noun_and_adds_the_colour_of_what_was_pointed_at():
+    cmd, hands = commands()["thing"]
+    grounded = ground(evidence(cmd, THINGS, hands)).grounded
+    seen = replace(grounded.object, label="apple", attributes=(Attribute("colour", "yellow", 0.9),))
+    assert sentence(cmd, replace(grounded, object=seen)) == "I take the yellow lemon and put it in the bowl."
 
 
 def test_weights_are_data_and_bad_ones_are_named(tmp_path):

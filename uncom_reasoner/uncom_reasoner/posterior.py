@@ -79,8 +79,15 @@ def _listed(names: Sequence[str]) -> str:
     return " or ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else names[0]
 
 
+def colour_of(detection: Detection) -> str:
+    """Return the name of a thing's colour if it is sure enough, else ""."""
+    colours = (a for a in detection.attributes if a.name in ("colour", "color"))
+    best = max(colours, key=lambda a: a.probability, default=None)
+    return best.value if best is not None and best.probability > 0.5 else ""
+
+
 def label_of(detection: Detection) -> str:
     """Return how to name a thing: its colour and what it seems to be."""
-    colour = next((a.value for a in detection.attributes if a.name in ("colour", "color") and a.probability > 0.5), "")
+    colour = colour_of(detection)
     name = detection.label or "thing"
     return name if not colour or colour in name else f"{colour} {name}"

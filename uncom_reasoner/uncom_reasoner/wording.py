@@ -4,9 +4,10 @@
 from __future__ import annotations
 
 from uncom_language.types import Act, Command, Primitive, Reference, Relation
+from uncom_perception.types import Detection
 
 from uncom_reasoner.phrases import is_bare, is_place_word
-from uncom_reasoner.posterior import label_of
+from uncom_reasoner.posterior import colour_of, label_of
 from uncom_reasoner.types import GroundedCommand, Status, TargetKind
 
 RELATION_WORDS = {
@@ -51,7 +52,7 @@ def sentence(command: Command, grounded: GroundedCommand) -> str:
     """Return what the robot says: what it understood, or why it could not."""
     if grounded.status is not Status.GROUNDED:
         return grounded.reason
-    thing = "the " + (label_of(grounded.object) if grounded.object is not None else "thing")
+    thing = f"the {_called(command.object, grounded.object)}" if grounded.object is not None else "it"
     place = _place(command, grounded)
     if not place:
         return f"I take {thing}."
@@ -60,13 +61,22 @@ def sentence(command: Command, grounded: GroundedCommand) -> str:
     return f"I take {thing} and put it {place}."
 
 
+def _called(reference: Reference | None, thing: Detection) -> str:
+    """Return the speaker's own noun where there is one, with the colour where a finger chose among several."""
+    if reference is None or is_bare(reference) or is_place_word(reference):
+        return label_of(thing)
+    words = " ".join(w for w in reference.text.split() if w not in (reference.deictic, "other"))
+    colour = colour_of(thing) if reference.deictic or reference.other else ""
+    return words if not colour or colour in words.split() else f"{colour} {words}"
+
+
 def _place(command: Command, grounded: GroundedCommand) -> str:
     target = grounded.target
     if target.kind is TargetKind.NONE:
         return ""
     if target.kind is TargetKind.OBJECT and target.detection is not None:
         preposition = "in" if grounded.primitive in (Primitive.PUT_IN.value, Primitive.POUR.value) else "on"
-        return f"{preposition} the {label_of(target.detection)}"
+        return f"{preposition} the {_called(command.target, target.detection)}"
     if command.relation in RELATION_WORDS and command.target is not None:
         second = f" and {spoken(command.reference2)}" if command.reference2 is not None else ""
         return f"{RELATION_WORDS[command.relation]} {spoken(command.target)}{second}"
