@@ -24,7 +24,7 @@ from uncom_common.conversions import (
     time_to_msg,
     vector_to_msg,
 )
-from uncom_common.transforms import FloatArray, matrix_from_pose
+from uncom_common.transforms import FloatArray
 
 from uncom_interfaces.msg import SimObject, SimState
 from uncom_sim.controllers.diff_drive import Odometry
@@ -35,7 +35,7 @@ from uncom_sim.microphone import SAMPLE_RATE_HZ
 from uncom_sim.simulator import Frames, JointState
 from uncom_sim.types import ObjectState, SpokenWord
 
-_POSE_VARIANCE = (0.001, 0.001, 0.001, 0.001, 0.001, 0.01)
+_COVARIANCE = np.diag((0.001, 0.001, 0.001, 0.001, 0.001, 0.01)).reshape(-1)
 
 
 def joint_state_to_msg(state: JointState, stamp_s: float) -> JointStateMsg:
@@ -49,32 +49,33 @@ def joint_state_to_msg(state: JointState, stamp_s: float) -> JointStateMsg:
     )
 
 
-def frames_to_msg(frames: Frames, stamp_s: float) -> TFMessage:
-    """Write transforms."""
+def frames_to_msg(frames: Frames, stamp_s: float, reuse: TFMessage | None = None) -> TFMessage:
+    """Write transforms; a message of the same frames may be written over, which costs half as much."""
     stamp = time_to_msg(stamp_s)
-    messages = []
-    for parent, child, place, quaternion in zip(
-        frames.parents, frames.children, frames.places.tolist(), frames.quaternions.tolist(), strict=True
-    ):
-        msg = TransformStamped(header=Header(stamp=stamp, frame_id=parent), child_frame_id=child)
+    messages = [] if reuse is None else reuse.transforms
+    if reuse is None:
+        for parent, child in zip(frames.parents, frames.children, strict=True):
+            messages.append(TransformStamped(header=Header(frame_id=parent), child_frame_id=child))
+    values = zip(messages, frames.places.tolist(), frames.quaternions.tolist(), strict=True)
+    for msg, place, quaternion in values:
+        msg.header.stamp = stamp
         translation, rotation = msg.transform.translation, msg.transform.rotation
         translation.x, translation.y, translation.z = place
         rotation.x, rotation.y, rotation.z, rotation.w = quaternion
-        messages.append(msg)
-    return TFMessage(transforms=messages)
+    return TFMessage(transforms=messages) if reuse is None else reuse
 
 
 def odometry_to_msg(odometry: Odometry, stamp_s: float) -> OdometryMsg:
     """Write the odometry of the base."""
     msg = OdometryMsg(header=header_to_msg(stamp_s, "odom"), child_frame_id="base_footprint")
     half = odometry.yaw / 2.0
-    matrix = matrix_from_pose((odometry.x, odometry.y, 0.0), (0.0, 0.0, np.sin(half), np.cos(half)))
-    msg.pose.pose = pose_to_msg(matrix)
+    position, orientation = msg.pose.pose.position, msg.pose.pose.orientation
+    position.x, position.y = odometry.x, odometry.y
+    orientation.z, orientation.w = float(np.sin(half)), float(np.cos(half))
     msg.twist.twist.linear.x = odometry.linear
     msg.twist.twist.angular.z = odometry.angular
-    covariance = np.diag(_POSE_VARIANCE).reshape(-1).tolist()
-    msg.pose.covariance = covariance
-    msg.twist.covariance = covariance
+    msg.pose.covariance = _COVARIANCE
+    msg.twist.covariance = _COVARIANCE
     return msg
 
 

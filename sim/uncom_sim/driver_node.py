@@ -64,6 +64,7 @@ class DriverNode(ConfiguredNode[DriverConfig]):
         self._simulator = Simulator(scene, self.config.seed, self.config.simulator_options())
         self._inbox: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._stopping = threading.Event()
+        self._moving: TFMessage | None = None
         self._advertise()
         self._ports = [
             TrajectoryPort(self, self._simulator, name, self._inbox.put) for name in self._simulator.controllers
@@ -181,7 +182,8 @@ class DriverNode(ConfiguredNode[DriverConfig]):
     def _publish_joints(self) -> None:
         simulator = self._simulator
         self._joints_out.publish(joint_state_to_msg(simulator.joint_state(), simulator.time_s))
-        self._tf_out.publish(frames_to_msg(simulator.moving_frames(), simulator.time_s))
+        self._moving = frames_to_msg(simulator.moving_frames(), simulator.time_s, self._moving)
+        self._tf_out.publish(self._moving)
         self._odometry_out.publish(odometry_to_msg(simulator.base.odometry, simulator.time_s))
 
     def _publish_controllers(self) -> None:

@@ -29,7 +29,7 @@ _LIT_RADIUS_M = 1.7  # shadows are drawn this far around the middle of the scene
 _SHADOW_PX = 900
 _SHADOW_BIAS_M = 0.012
 _SHADOW_STEP = 2  # shadows are looked up for every second pixel
-_SKY = np.array([205, 210, 214], np.float32)
+_SKY = np.array([205, 210, 214], np.uint8)
 _OPTICAL_TO_GL = np.diag([1.0, -1.0, -1.0, 1.0])
 
 
@@ -49,6 +49,7 @@ class Rasteriser:
         """Draw a stage with the shadows of some of its triangles (M, 3) around its middle (3,) [m]."""
         self._stage = stage
         self._casters = casters
+        self._shadow: tuple[int, ShadowMap] | None = None
         self._middle = np.asarray(middle, dtype=float)
         self._settings = cv2.TriangleRasterizeSettings()
         self._settings.setCullingMode(cv2.RASTERIZE_CULLING_CW)
@@ -67,18 +68,18 @@ class Rasteriser:
         attributes, depth = self._draw(camera, optical_to_world, faces)
         atlas = self._stage.atlas
         places = attributes[..., :2] * np.array([atlas.shape[1], atlas.shape[0]], np.float32)
-        colours = cv2.remap(atlas, np.ascontiguousarray(places), None, cv2.INTER_LINEAR).astype(np.float32)
+        colours = cv2.remap(atlas, np.ascontiguousarray(places), None, cv2.INTER_LINEAR)
         facing = np.ascontiguousarray(attributes[..., 2])
         empty = depth >= 0.999 * _FAR_M
         if shadows:
             facing *= self._lit(camera, optical_to_world, depth, self._shadow_map(light))
         shade = np.float32(light.ambient) + np.float32(light.diffuse) * facing
-        colours *= shade[..., None] * np.array(light.colour, np.float32)
+        tinted = cv2.merge([shade * np.float32(tint) for tint in light.colour])
+        colours = cv2.multiply(colours, tinted, dtype=cv2.CV_8U)
         colours[empty] = _SKY
         depth[empty] = np.inf
         # A lens never draws a line as sharp as a pixel.
-        soft = cv2.GaussianBlur(colours, (3, 3), 0.5)
-        return cv2.convertScaleAbs(soft), depth
+        return np.asarray(cv2.GaussianBlur(colours, (3, 3), 0.5), dtype=np.uint8), depth
 
     def _in_view(self, camera: PinholeCamera, pose: FloatArray, faces: IntArray) -> IntArray:
         """Return the triangles before the camera that may be in its picture.
@@ -125,6 +126,12 @@ class Rasteriser:
         return np.ascontiguousarray(attributes[rows, columns]), np.ascontiguousarray(depth[rows, columns])
 
     def _shadow_map(self, light: Light) -> ShadowMap:
+        """Return what the lamp sees; drawn anew only when something has moved."""
+        if self._shadow is None or self._shadow[0] != self._stage.version:
+            self._shadow = self._stage.version, self._draw_shadows(light)
+        return self._shadow[1]
+
+    def _draw_shadows(self, light: Light) -> ShadowMap:
         direction = np.asarray(light.direction, dtype=float)
         eye = self._middle + _LAMP_M * direction / np.linalg.norm(direction)
         if abs(direction[0]) + abs(direction[1]) < 1e-6:

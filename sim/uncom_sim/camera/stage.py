@@ -17,6 +17,7 @@ Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int32]
 
 _ATLAS_WIDTH = 512
+_STILL = 2e-5  # motion [m, or of a unit vector] too small to be drawn
 
 
 @dataclass(slots=True)
@@ -45,6 +46,7 @@ class Stage:
         self.attributes = np.zeros((count, 3), np.float32)
         self._light = np.array([0.0, 0.0, 1.0], np.float32)
         self._pieces: list[_Piece] = []
+        self.version = 0  # grows when something moves
         faces: list[tuple[int, int, IntArray]] = []
         first = 0
         for i in order:
@@ -77,15 +79,17 @@ class Stage:
         direction = direction / np.float32(np.linalg.norm(direction))
         turned = not np.array_equal(direction, self._light)
         self._light = direction
+        moved = turned
         for piece in self._pieces:
             pose = self._pose(piece.body, piece.link)
-            if not turned and piece.pose is not None and np.array_equal(pose, piece.pose):
+            if not turned and piece.pose is not None and np.abs(pose - piece.pose).max() < _STILL:
                 continue
-            piece.pose = pose
+            piece.pose, moved = pose, True
             rotation, place = pose[:3, :3].astype(np.float32), pose[:3, 3].astype(np.float32)
             self.vertices[piece.rows] = piece.vertices @ rotation.T + place
             facing = piece.normals @ (rotation.T @ direction)
             self.attributes[piece.rows, 2] = np.clip(facing, 0.0, 1.0)
+        self.version += int(moved)
 
     def _pose(self, body: int, link: int) -> FloatArray:
         if link < 0:
