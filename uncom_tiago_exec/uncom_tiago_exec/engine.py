@@ -26,6 +26,7 @@ from uncom_tiago_exec.verification import middle_of, verify
 _LOG = logging.getLogger(__name__)
 SUPPORTED = (*PLACING, "pick")
 _SQUEEZE = 0.03  # [m] the fingers aim this much below what they hold; with 2 cm tolerance each they keep pressing
+_SLIPPED = 0.014  # [m] fingers that close this much further have lost what was between them
 _FOLLOW_M = 0.12  # [m] after a failed grasp the thing is looked for this far around its last place
 
 Report = Callable[[Status], None]
@@ -43,6 +44,7 @@ class Engine:
         self._report = report
         self._stage = Stage.IDLE
         self._in_hand = ""
+        self._held_gap = 0.0
 
     def execute(self, task: ManipulationTask) -> Outcome:
         """Carry out a task; every stage is reported, the last one is DONE, FAILED or STOPPED."""
@@ -139,11 +141,12 @@ class Engine:
         gap = self._robot.grip(plan.side, max(0.0, gap - _SQUEEZE))
         if gap < _empty_below(width):
             raise GraspFailedError(f"my fingers closed beside the {what}")
+        self._held_gap = gap
         self._tell(Stage.GRASPING, f"holding something {gap * 1000:.0f} mm wide", plan.side, {"gap_m": round(gap, 4)})
 
     def _still_held(self, plan: Plan, what: str) -> None:
         width = plan.grasp.width if plan.grasp is not None else 0.0
-        if _gap(self._robot.positions(), plan.side) < _empty_below(width):
+        if _gap(self._robot.positions(), plan.side) < max(_empty_below(width), self._held_gap - _SLIPPED):
             self._in_hand = ""
             raise GraspFailedError(f"the {what} slipped out of my fingers")
 
@@ -161,7 +164,7 @@ class Engine:
             if isinstance(step, GripStep) and step.stage != Stage.PLACING:
                 self._robot.grip(plan.side, step.gap)
             elif isinstance(step, GripStep):
-                if _gap(self._robot.positions(), plan.side) < _empty_below(width):
+                if _gap(self._robot.positions(), plan.side) < max(_empty_below(width), self._held_gap - _SLIPPED):
                     lost, self._in_hand = self._in_hand, ""
                     raise MotionError(f"I lost the {lost} on the way")
                 self._announce(step, plan)

@@ -136,7 +136,7 @@ def _fit(
     quality = _quality(shape, span, gripper, hand, place, (low, high), tip)
     quality *= min(1.0, 0.75 + 6.0 * (opening - width))
     if family == "rim":
-        quality *= 0.85
+        quality *= 0.85 * float(np.sin(hand.pitch)) ** 1.5 * _seen(shape, place)
     position = place + hand.closing * middle + hand.approach * (tip - gripper.tip)
     pose = np.eye(4)
     pose[:3, :3] = frame
@@ -145,6 +145,13 @@ def _fit(
     first = float(local[outside, 0].min())
     retreat = float(np.clip(tip - first + 0.03, 0.07, 0.14))
     return Grasp(pose, width, opening, retreat, quality, family)
+
+
+def _seen(shape: ObjectShape, place: FloatArray) -> float:
+    """Return less than 1 for an edge on the far side, whose outside (a handle, perhaps) the camera does not see."""
+    view = shape.middle[:2] / max(float(np.linalg.norm(shape.middle[:2])), 1e-6)
+    outward = place[:2] - shape.middle[:2]
+    return float(1.0 - 0.4 * max(0.0, float(outward @ view) / max(float(np.linalg.norm(outward)), 1e-6)))
 
 
 def _opening(

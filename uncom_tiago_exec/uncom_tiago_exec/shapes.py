@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 from uncom_perception.types import Detection
 
 from uncom_tiago_exec.circles import Circle, fit_rim, fit_round
@@ -107,20 +108,33 @@ def thin(points: FloatArray, voxel: float) -> FloatArray:
 
 def smallest_rectangle(points: FloatArray) -> tuple[FloatArray, float, FloatArray]:
     """Return centre (2,), yaw of the long side [rad], extents (long, short) of the smallest rectangle around (N, 2)."""
-    best: tuple[float, FloatArray, float, FloatArray] | None = None
-    for angle in np.radians(np.arange(0.0, 90.0, 3.0)):
-        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-        local = points @ turn.T
-        low, high = local.min(axis=0), local.max(axis=0)
-        area = float(np.prod(np.maximum(high - low, 1e-4)))
-        if best is None or area < best[0]:
-            best = (area, turn.T @ (0.5 * (low + high)), float(angle), high - low)
-    if best is None:
+    if len(points) == 0:
         raise RefusedError("an object without points cannot be handled")
-    _, centre, yaw, extent = best
+    points = _outer(points)
+    coarse = _upright_rectangle(points, np.radians(np.arange(0.0, 90.0, 4.0)))
+    _, yaw, centre, extent = _upright_rectangle(points, coarse[1] + np.radians(np.arange(-4.0, 4.01, 0.5)))
     if extent[1] > extent[0]:
         yaw, extent = yaw + np.pi / 2.0, extent[::-1]
     return centre, float((yaw + np.pi / 2.0) % np.pi - np.pi / 2.0), np.maximum(extent, 0.003)
+
+
+def _outer(points: FloatArray) -> FloatArray:
+    """Return the corners of the convex hull of points (N, 2), or the points where there is none."""
+    try:
+        return np.asarray(points[ConvexHull(points).vertices])
+    except QhullError:
+        return points
+
+
+def _upright_rectangle(points: FloatArray, angles: FloatArray) -> tuple[float, float, FloatArray, FloatArray]:
+    """Return area, angle, centre (2,) and extents (2,) of the smallest rectangle among those turned by angles (K,)."""
+    cos, sin = np.cos(angles), np.sin(angles)
+    turns = np.stack([np.stack([cos, sin], axis=1), np.stack([-sin, cos], axis=1)], axis=1)
+    local = np.einsum("kij,nj->kni", turns, points)
+    low, high = local.min(axis=1), local.max(axis=1)
+    areas = np.prod(np.maximum(high - low, 1e-4), axis=1)
+    k = int(areas.argmin())
+    return float(areas[k]), float(angles[k]), turns[k].T @ (0.5 * (low[k] + high[k])), high[k] - low[k]
 
 
 def _clean(cloud: FloatArray, table_z: float) -> FloatArray:
