@@ -33,6 +33,7 @@ class DriverConfig:
     camera_rate_idle_hz: float = _about(0.0, "the same while nobody is there; 0 is no difference")
     overview_rate_hz: float = _about(4.0, "frames of the view from outside")
     joint_state_rate_hz: float = _about(50.0, "joint states, transforms and odometry")
+    clock_rate_hz: float = _about(50.0, "messages on /clock; each costs every node some time")
     noise: float = _about(1.0, "camera noise; 0 is a perfect camera")
     shadows: bool = _about(True, "things cast shadows")
     torso: float = _about(0.35, "height of the torso at the start [m]")
@@ -44,7 +45,7 @@ class DriverConfig:
         for name in ("real_time_factor", "camera_rate_idle_hz", "overview_rate_hz", "noise"):
             if getattr(self, name) < 0.0:
                 raise InvalidConfigError(name, getattr(self, name), "must not be negative")
-        for name in ("camera_rate_hz", "joint_state_rate_hz"):
+        for name in ("camera_rate_hz", "joint_state_rate_hz", "clock_rate_hz"):
             if not 0.0 < getattr(self, name) <= 240.0:
                 raise InvalidConfigError(name, getattr(self, name), "must be above 0 and at most 240")
         if self.start_time_s <= 0.0:

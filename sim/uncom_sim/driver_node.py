@@ -104,7 +104,7 @@ class DriverNode(ConfiguredNode[DriverConfig]):
         """Return what is to be done when, in simulated time; the clock goes first."""
         config, start = self.config, self._simulator.time_s
         tasks: list[tuple[float, Callable[[], None]]] = [
-            (120.0, self._publish_clock),
+            (config.clock_rate_hz, self._publish_clock),
             (config.joint_state_rate_hz, self._publish_joints),
             (20.0, self._publish_controllers),
             (1.0 / _AUDIO_CHUNK_S, self._publish_audio),

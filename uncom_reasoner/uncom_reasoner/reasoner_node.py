@@ -269,7 +269,7 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
 
 def main(args: list[str] | None = None) -> None:
     """Run the node."""
-    sys.exit(run_node(ReasonerNode, args, threads=3))
+    sys.exit(run_node(ReasonerNode, args))
 
 
 if __name__ == "__main__":

@@ -232,7 +232,7 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
 
 def main(args: list[str] | None = None) -> None:
     """Run the node."""
-    sys.exit(run_node(ExecutionNode, args, threads=3))
+    sys.exit(run_node(ExecutionNode, args))
 
 
 if __name__ == "__main__":
