@@ -47,8 +47,8 @@ def build_room(client: int, table: Table, rng: np.random.Generator) -> Room:
 
 
 def random_light(rng: np.random.Generator) -> Light:
-    """Draw a lamp overhead, somewhat to one side, warm or cool."""
-    azimuth, tilt = rng.uniform(-np.pi, np.pi), rng.uniform(0.25, 0.6)
+    """Draw a lamp above the table, warm or cool; never from behind the robot, whose shadow would lie on the things."""
+    azimuth, tilt = rng.uniform(-1.4, 1.4), rng.uniform(0.25, 0.55)
     warmth = rng.uniform(-1.0, 1.0)
     level = rng.uniform(0.94, 1.0)
     return Light(

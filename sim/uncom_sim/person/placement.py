@@ -44,13 +44,13 @@ class Onlooker:
 
 
 def looking_robot() -> Onlooker:
-    """Return TIAGo's head camera as it looks at the table: torso up, head 0.95 rad down."""
+    """Return TIAGo's head camera as it looks at the table: torso 0.35 m up, head 0.95 rad down."""
     tilt = 0.95
     forward = np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
     right = np.array([0.0, -1.0, 0.0])
     pose = np.eye(4)
     pose[:3, :3] = np.column_stack([right, np.cross(forward, right), forward])
-    pose[:3, 3] = (0.216, 0.0, 1.4165)
+    pose[:3, 3] = (0.2429, 0.022, 1.3092)
     return Onlooker(PinholeCamera(640, 480, 522.19, 522.19, 320.5, 240.5), pose)
 
 

@@ -46,7 +46,7 @@ def decide(options: PersonOptions, rng: np.random.Generator) -> Traits:
         skin=float(rng.uniform(0.0, 0.8)),
         size=float(rng.uniform(0.93, 1.07)),
         voice=str(rng.choice(VOICES)),
-        speed=float(rng.uniform(125.0, 155.0)),
+        speed=float(rng.uniform(135.0, 160.0)),
         pitch=float(rng.uniform(35.0, 65.0)),
         lead=float(rng.uniform(0.10, 0.30)),
         lag=float(rng.uniform(0.10, 0.25)),

@@ -25,7 +25,7 @@ VOICES = ("en-us", "en-us+m3", "en-us+m7", "en-us+f2", "en-us+f4", "en", "en+m1"
 
 _SYNCHRONOUS = 2
 _UTF8 = 1
-_RATE, _PITCH, _WORDGAP = 1, 3, 7
+_RATE, _PITCH = 1, 3
 _EVENT_END, _EVENT_WORD = 0, 1
 _lock = threading.Lock()
 
@@ -59,6 +59,7 @@ class _Event(ctypes.Structure):
 _CALLBACK = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.POINTER(ctypes.c_short), ctypes.c_int, ctypes.POINTER(_Event))
 
 
+@functools.lru_cache(maxsize=64)  # eSpeak keeps a little state: the same words come out a trace different next time
 def speak(text: str, voice: str = "en-us", words_per_minute: float = 150.0, pitch: float = 50.0) -> Utterance:
     """Speak a sentence.
 
@@ -78,6 +79,7 @@ def speak(text: str, voice: str = "en-us", words_per_minute: float = 150.0, pitc
         raw, marks = _synthesize(text, voice, words_per_minute, pitch)
     rate = _library()[1]
     samples = np.asarray(soxr.resample(raw, rate, RATE_HZ))
+    samples.flags.writeable = False
     starts = {position - 1: milliseconds / 1000.0 for position, milliseconds in marks}
     return Utterance(samples, _word_times(tokens, starts, samples))
 
@@ -113,9 +115,9 @@ def _synthesize(text: str, voice: str, speed: float, pitch: float) -> tuple[Samp
     library.espeak_SetSynthCallback(callback)
     if library.espeak_SetVoiceByName(voice.encode()) != 0:
         raise VoiceError(f"eSpeak NG has no voice {voice!r}; voices that work here: {', '.join(VOICES)}")
+    library.espeak_ng_SetRandSeed(1)
     library.espeak_SetParameter(_RATE, round(speed), 0)
     library.espeak_SetParameter(_PITCH, round(pitch), 0)
-    library.espeak_SetParameter(_WORDGAP, 1, 0)
     encoded = text.encode() + b"\0"
     if library.espeak_Synth(encoded, len(encoded), 0, 1, 0, _UTF8, None, None) != 0:
         raise VoiceError("eSpeak NG could not speak the sentence")
