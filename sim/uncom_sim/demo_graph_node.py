@@ -15,11 +15,13 @@ from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from sensor_msgs.msg import CompressedImage
 from uncom_bringup.bag_writer import BagWriter
 from uncom_bringup.monitor_node import MonitorNode
 from uncom_bringup.recorder_node import RecorderNode
 from uncom_bringup.run_record import Event, RunRecord
-from uncom_bringup.topics import RECORDED
+from uncom_bringup.topics import RECORDED, RGB, Topic
+from uncom_common.conversions import seconds_from_msg
 
 from uncom_sim.demo_node import DemoNode
 
@@ -33,13 +35,25 @@ class Listeners:
         """Make the nodes and begin to spin; with `bag`, everything is recorded there."""
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain)
+        # Only the monitor follows /clock: every follower pays for each message.
         clock = [Parameter("use_sim_time", value=True)]
-        common = {"context": self._context, "parameter_overrides": clock}
-        self.monitor = MonitorNode(on_event, overview_topic=_OVERVIEW, **common)
-        self.demo = DemoNode(**common)
+        self.monitor = MonitorNode(
+            on_event,
+            keep_camera=bag is None,
+            overview_topic=_OVERVIEW,
+            context=self._context,
+            parameter_overrides=clock,
+        )
+        self.demo = DemoNode(context=self._context)
         self._recorder: RecorderNode | None = None
         if bag is not None:
-            self._recorder = RecorderNode(BagWriter(bag, force=force), RECORDED, **common)
+            self._recorder = RecorderNode(
+                BagWriter(bag, force=force),
+                RECORDED,
+                now_ns=self._now_ns,
+                on_compressed=self._keep_camera,
+                context=self._context,
+            )
         self._executors: list[SingleThreadedExecutor] = []
         self._threads: list[threading.Thread] = []
         self._spin(self.demo)
@@ -59,6 +73,13 @@ class Listeners:
         thread.start()
         self._executors.append(executor)
         self._threads.append(thread)
+
+    def _now_ns(self) -> int:
+        return int(self.monitor.get_clock().now().nanoseconds)
+
+    def _keep_camera(self, topic: Topic, image: CompressedImage) -> None:
+        if topic is RGB:
+            self.monitor.keep_frame("camera", seconds_from_msg(image.header.stamp), bytes(image.data))
 
     def missing(self) -> list[str]:
         """Return what is not up yet."""

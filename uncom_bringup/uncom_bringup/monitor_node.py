@@ -50,12 +50,12 @@ class MonitorNode(Node):
         self,
         on_event: Callable[[Event], None] | None = None,
         *,
-        keep_frames: bool = True,
+        keep_camera: bool = True,
         keep_events: bool = True,
         overview_topic: str = "",
         **node_options: Any,
     ) -> None:
-        """Subscribe; the camera only if frames are to be kept. A monitor that stays for long keeps nothing."""
+        """Subscribe; the camera only if its frames are to be kept. A monitor that stays for long keeps nothing."""
         super().__init__("uncom_monitor", **node_options)
         self._keep_events = keep_events
         self._seen: set[str] = set()
@@ -67,10 +67,10 @@ class MonitorNode(Node):
             self._listen(kind, topic)
         if keep_events:
             self.create_subscription(Image, topics.ANNOTATED.name, self._keeper("annotated", _ANNOTATED_QUALITY), 10)
-        if keep_frames:
+        if keep_camera:
             self.create_subscription(Image, topics.RGB.name, self._keeper("camera", _VIDEO_QUALITY), 10)
-            if overview_topic:
-                self.create_subscription(Image, overview_topic, self._keeper("overview", _VIDEO_QUALITY), 10)
+        if overview_topic:
+            self.create_subscription(Image, overview_topic, self._keeper("overview", _VIDEO_QUALITY), 10)
 
     def record(self) -> RunRecord:
         """Return everything so far."""
@@ -124,12 +124,14 @@ class MonitorNode(Node):
 
     def _keeper(self, name: str, quality: int) -> Callable[[Image], None]:
         def keep(msg: Image) -> None:
-            jpeg = encode_jpeg(rgb_from_msg(msg), quality)
-            frame = Frame(seconds_from_msg(msg.header.stamp), time.monotonic(), jpeg)
-            with self._lock:
-                self._frames[name].append(frame)
+            self.keep_frame(name, seconds_from_msg(msg.header.stamp), encode_jpeg(rgb_from_msg(msg), quality))
 
         return keep
+
+    def keep_frame(self, name: str, stamp_s: float, jpeg: bytes) -> None:
+        """Keep a picture as "camera", "overview" or "annotated", wherever it was compressed."""
+        with self._lock:
+            self._frames[name].append(Frame(stamp_s, time.monotonic(), jpeg))
 
 
 def _decoded(text: str) -> Any:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import queue
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import CompressedImage
 
 from uncom_bringup import output
 from uncom_bringup.bag_writer import BagWriter
@@ -34,10 +35,28 @@ class RecorderNode(Node):
     topics, in simulated time) is written with the clock's first time.
     """
 
-    def __init__(self, bag: BagWriter, topics: Sequence[Topic], **node_options: Any) -> None:
-        """Subscribe what is installed; a type that is not is one warning."""
+    def __init__(
+        self,
+        bag: BagWriter,
+        topics: Sequence[Topic],
+        *,
+        now_ns: Callable[[], int] | None = None,
+        on_compressed: Callable[[Topic, CompressedImage], None] | None = None,
+        **node_options: Any,
+    ) -> None:
+        """Subscribe what is installed; a type that is not is one warning.
+
+        Args:
+            bag: where to write.
+            topics: what to write.
+            now_ns: another clock than the node's own [ns]; simulated time costs every node that follows it.
+            on_compressed: gets each compressed image, too, in the writing thread.
+            node_options: for rclpy.
+        """
         super().__init__("uncom_recorder", **node_options)
         self._bag = bag
+        self._now_ns = now_ns or (lambda: int(self.get_clock().now().nanoseconds))
+        self._on_compressed = on_compressed
         self._queue: queue.SimpleQueue[tuple[Topic | None, int, bytes]] = queue.SimpleQueue()
         self._held: list[tuple[Topic, bytes]] = []
         for topic in topics:
@@ -58,7 +77,7 @@ class RecorderNode(Node):
             qos.durability = QoSDurabilityPolicy.TRANSIENT_LOCAL
 
         def store(data: bytes) -> None:
-            self._queue.put((topic, self.get_clock().now().nanoseconds, data))
+            self._queue.put((topic, self._now_ns(), data))
 
         self.create_subscription(message_type, topic.name, store, qos, raw=True)
 
@@ -84,7 +103,10 @@ class RecorderNode(Node):
     def _write(self, topic: Topic, time_ns: int, data: bytes) -> None:
         if topic.form is not Form.PLAIN:
             image = deserialize_message(data, message_class(topic.type_name))
-            data = serialize_message(compressed_from_image(image, topic.form))
+            compressed = compressed_from_image(image, topic.form)
+            data = serialize_message(compressed)
+            if self._on_compressed is not None:
+                self._on_compressed(topic, compressed)
         self._bag.write(topic.stored_name, time_ns, data)
 
     def finish(self) -> Path:

@@ -86,7 +86,7 @@ class _Session:
         rclpy.init(context=self._context, domain_id=domain)
         self._player = PlayerNode(chosen_topics(bag, ()), clock=True, context=self._context)
         clock = [Parameter("use_sim_time", value=True)]
-        self._monitor = MonitorNode(tell, keep_frames=False, context=self._context, parameter_overrides=clock)
+        self._monitor = MonitorNode(tell, keep_camera=False, context=self._context, parameter_overrides=clock)
         self._silence = self._player.create_publisher(AudioDataStamped, topics.AUDIO.name, 500)
 
     def run(self, graph: GraphProcesses, rate: float, say: Callable[[str], None]) -> RunRecord:

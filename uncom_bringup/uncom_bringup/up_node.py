@@ -77,7 +77,7 @@ def stay(
 def _watch(graph: GraphProcesses, sim: bool, start: bool) -> None:
     rclpy.init()
     clock = [Parameter("use_sim_time", value=sim)]
-    monitor = MonitorNode(_say, keep_frames=False, keep_events=False, parameter_overrides=clock)
+    monitor = MonitorNode(_say, keep_camera=False, keep_events=False, parameter_overrides=clock)
     client = monitor.create_client(Trigger, "/sim/start") if start else None
     executor = SingleThreadedExecutor()
     executor.add_node(monitor)
