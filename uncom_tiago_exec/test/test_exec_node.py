@@ -138,3 +138,12 @@ def test_status_and_trajectory_survive_the_round_trip():
 def test_stages_are_those_of_the_message():
     for stage in Stage:
         assert getattr(ExecutionStatus, stage.name) == stage.value
+
+
+@pytest.mark.parametrize(
+    ("said", "label", "named"), [("this bowl", "bowl", "bowl"), ("this", "mug", "mug"), ("here", "", "")]
+)
+def test_things_are_named_without_pointing_words(said, label, named):
+    msg = command()
+    msg.target_text, msg.target.object.label = said, label
+    assert task_from_msg(msg).target_text == named

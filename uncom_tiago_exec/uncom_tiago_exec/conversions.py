@@ -17,6 +17,8 @@ from uncom_perception.conversions import detection_from_msg, polygon_from_msg, t
 from uncom_interfaces.msg import ExecutionStatus, GroundedCommand, GroundedTarget
 from uncom_tiago_exec.types import ManipulationTask, Stage, Status, Trajectory
 
+_POINTING = {"this", "that", "these", "those", "the", "a", "an", "it", "them", "here", "there", "one"}
+
 
 def task_from_msg(msg: GroundedCommand) -> ManipulationTask:
     """Read a grounded command as a task."""
@@ -38,9 +40,17 @@ def task_from_msg(msg: GroundedCommand) -> ManipulationTask:
         table=table_from_msg(msg.table),
         target=target,
         target_pose=pose,
-        object_text=msg.object_text,
-        target_text=msg.target_text,
+        object_text=_noun(msg.object_text, msg.object.label),
+        target_text=_noun(msg.target_text, msg.target.object.label),
     )
+
+
+def _noun(text: str, label: str) -> str:
+    """Return the words for a thing without its determiner; the label where only "this" or "here" was said."""
+    words = text.split()
+    while words and words[0].lower() in _POINTING:
+        words = words[1:]
+    return " ".join(words) or label
 
 
 def _has_pose(target: GroundedTarget) -> bool:
