@@ -5,15 +5,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 import pybullet
 from uncom_common.camera import PinholeCamera
-from uncom_sim.camera.noise import CameraNoise, NoisyCamera
-from uncom_sim.camera.tiny_renderer import FAR_M, NEAR_M, gl_projection, render
-from uncom_sim.camera.views import gl_view
+from uncom_common.transforms import invert
 from uncom_sim.scene import scene_from_dict
 from uncom_sim.world import World
 
+NEAR_M, FAR_M = 0.05, 12.0
 CAMERA = PinholeCamera(640, 480, 522.19, 522.19, 320.5, 240.5)
 FRAME = "head_front_camera_rgb_optical_frame"
 
@@ -52,13 +52,13 @@ def takes(scene, seed=0, times=(None,)):
         pybullet.setTimeStep(1.0 / 240.0, physicsClientId=client)
         world = World(client, scene_from_dict(scene), seed)
         world.settle()
-        eye = NoisyCamera(CameraNoise(), seed)
-        return [_take(client, world, eye, step, when) for step, when in enumerate(times)]
+        rng = np.random.default_rng(seed)
+        return [_take(client, world, rng, when) for when in times]
     finally:
         pybullet.disconnect(client)
 
 
-def _take(client, world, eye, step, when):
+def _take(client, world, rng, when):
     t_s = when
     if isinstance(when, str):
         pointing = next(p for p in world.person.pointing if p.role == when)
@@ -66,12 +66,11 @@ def _take(client, world, eye, step, when):
     world.update_person(t_s)
     hand = None if t_s is None else world.person.hand_at(t_s)
     joints = None if hand is None else world.person.hand.joints @ hand[:3, :3].T + hand[:3, 3]
-    rgb, depth = render(client, CAMERA, POSE, world.light)
-    bodies = _bodies(client)
+    rgb, depth, bodies = _render(client, world.light)
     states = {s.id: s for s in world.object_states()}
     return Take(
-        eye.expose(rgb, step),
-        eye.measure(depth, step),
+        np.clip(rgb + rng.normal(0.0, 1.8, rgb.shape), 0, 255).astype(np.uint8),
+        _as_sensed(depth, rng),
         {name: bodies == body for name, body in world.object_bodies.items()},
         {name: s.kind for name, s in states.items()},
         {name: s.colour for name, s in states.items()},
@@ -81,18 +80,43 @@ def _take(client, world, eye, step, when):
     )
 
 
-def _bodies(client):
-    seen = pybullet.getCameraImage(
-        CAMERA.width,
-        CAMERA.height,
-        gl_view(POSE),
-        gl_projection(CAMERA, NEAR_M, FAR_M),
-        shadow=0,
+def _render(client, light):
+    """Return colour, depth [m] and body ids as PyBullet's own renderer draws them."""
+    c = CAMERA
+    matrix = np.zeros((4, 4))
+    matrix[0, 0], matrix[0, 2] = 2.0 * c.fx / c.width, 1.0 - 2.0 * c.cx / c.width
+    matrix[1, 1], matrix[1, 2] = 2.0 * c.fy / c.height, 2.0 * (c.cy + 1.0) / c.height - 1.0
+    matrix[2, 2:] = -(FAR_M + NEAR_M) / (FAR_M - NEAR_M), -2.0 * FAR_M * NEAR_M / (FAR_M - NEAR_M)
+    matrix[3, 2] = -1.0
+    view = np.diag([1.0, -1.0, -1.0, 1.0]) @ invert(POSE)
+    _, _, pixels, buffer, ids = pybullet.getCameraImage(
+        c.width,
+        c.height,
+        view.T.ravel().tolist(),
+        matrix.T.ravel().tolist(),
+        lightDirection=list(light.direction),
+        lightColor=list(light.colour),
+        lightDistance=3.0,
+        lightAmbientCoeff=0.6,
+        lightDiffuseCoeff=0.45,
+        lightSpecularCoeff=0.05,
+        shadow=1,
         renderer=pybullet.ER_TINY_RENDERER,
         physicsClientId=client,
-    )[4]
-    ids = np.asarray(seen).reshape(CAMERA.height, CAMERA.width)
-    return np.where(ids < 0, -1, ids & ((1 << 24) - 1))
+    )
+    z = np.reshape(buffer, (c.height, c.width)).astype(float)
+    bodies = np.reshape(ids, (c.height, c.width))
+    rgb = np.reshape(pixels, (c.height, c.width, 4))[..., :3].astype(np.uint8)
+    depth = FAR_M * NEAR_M / (FAR_M - (FAR_M - NEAR_M) * z)
+    return rgb, depth, np.where(bodies < 0, -1, bodies & ((1 << 24) - 1))
+
+
+def _as_sensed(depth, rng):
+    """Add noise of 1.5 mm at 1 m, and lose most of the pixels at edges."""
+    jump = cv2.dilate(depth, np.ones((3, 3))) - cv2.erode(depth, np.ones((3, 3)))
+    sensed = depth + rng.normal(0.0, 0.0015, depth.shape) * depth**2
+    sensed[(jump > 0.02 * depth) & (rng.random(depth.shape) < 0.75)] = np.nan
+    return sensed.astype(np.float32)
 
 
 def overlap(a, b):
@@ -101,7 +125,7 @@ def overlap(a, b):
 
 
 def plain_table(height=0.72, noise_m=0.001, blocks=(), pose=POSE, seed=0):
-    """Depth and colour of a level table (x 0.45..0.95, y -0.5..0.5) with upright blocks (x, y, sx, sy, sz, rgb), by rays."""
+    """Depth and colour of a level table (x 0.45..0.95, y -0.5..0.5) with blocks (x, y, sx, sy, sz, rgb), by rays."""
     rng = np.random.default_rng(seed)
     v, u = np.mgrid[0 : CAMERA.height, 0 : CAMERA.width]
     rays = np.stack([(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy, np.ones(u.shape)], axis=-1)

@@ -87,7 +87,8 @@ def test_plurals_aliases_and_many_words_are_known():
 def test_a_user_describes_a_thing_never_told(tmp_path):
     """An entry in the user's file names a shape that the package does not know."""
     file = tmp_path / "mine.yaml"
-    file.write_text("things:\n  gong: {is_a: [toy], shape: {length: [0.3, 0.5], height: [0.3, 0.5], width: [0.01, 0.04]}}\n"
+    file.write_text("things:\n"
+        "  gong: {is_a: [toy], shape: {length: [0.3, 0.5], height: [0.3, 0.5], width: [0.01, 0.04]}}\n"
                     "classes:\n  toy: {}\n")  # fmt: skip
     matcher = PhraseMatcher(load_lexicon(file))
     gong = replace(BALL, length=0.4, width=0.02, height=0.4, elongation=20.0, flatness=1.0, neck=0.5)
@@ -151,9 +152,8 @@ def test_measures_of_a_block_are_its_own():
     """Length, width, height and rectangularity of a block turned by 30 degrees."""
     x, y = np.meshgrid(np.linspace(-0.06, 0.06, 80), np.linspace(-0.02, 0.02, 40))
     angle = np.radians(30.0)
-    flat = np.column_stack([x.ravel(), y.ravel()]) @ np.array(
-        [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]
-    )
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    flat = np.column_stack([x.ravel(), y.ravel()]) @ turn
     shape = measure(np.column_stack([flat, np.full(len(flat), 0.05)]), np.array([-1.0, 0.0, 1.0]))
     assert shape.length == pytest.approx(0.12, abs=0.008)
     assert shape.width == pytest.approx(0.04, abs=0.008)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -22,7 +23,7 @@ BASES = {"index": 0.025, "middle": 0.005, "ring": -0.015, "little": -0.033}
 
 
 def hand(extended, spread=0.0):
-    """A hand that lies flat before the camera, fingers along -y (up in the image); others are curled by 3 x 80 degrees."""
+    """A hand flat before the camera, fingers along -y (up in the image); others are curled by 3 x 80 degrees."""
     world = np.zeros((21, 3))
     world[1:5] = [[0.03, -0.02, 0], [0.05, -0.04, 0], [0.05, -0.06, 0.01], [0.04, -0.075, 0.01]]
     for k, (name, x) in enumerate(BASES.items()):
@@ -74,18 +75,18 @@ def finger_scene(direction, holes, seed):
     marks = raw.landmarks.copy()
     marks[5:9, :2] = CAMERA.project(joints)
     depth = np.full((480, 640), 1.2, np.float32)
-    for share in np.linspace(-0.05, 1.05, 200):
+    for share in np.linspace(-0.05, 1.05, 40):
         center = base + share * 0.09 * along
         u, v = CAMERA.project(center)[0]
-        vv, uu = np.ogrid[:480, :640]
-        disc = (uu - u) ** 2 + (vv - v) ** 2 < (0.008 / center[2] * CAMERA.fx) ** 2
-        depth[disc] = np.minimum(depth[disc], center[2] - 0.008)
+        radius = max(1, round(0.008 / center[2] * CAMERA.fx))
+        near = cv2.circle(np.full_like(depth, 9.0), (round(u), round(v)), radius, center[2] - 0.008, -1)
+        depth = np.minimum(depth, near)
     depth += rng.normal(0.0, 0.0015, depth.shape).astype(np.float32)
     depth[rng.random(depth.shape) < holes] = np.nan
     return RawHand("right", 0.9, marks, raw.world), depth, along, joints
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-0.8, 0.8), st.floats(0.0, 0.4), st.integers(0, 1000))
 def test_the_metric_ray_survives_holes_and_background(x, y, z, holes, seed):
     """With up to 40 % of the depth missing the ray is right within four of its own standard deviations."""

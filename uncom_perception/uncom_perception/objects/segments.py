@@ -50,8 +50,9 @@ def foreground(surfaces: Surfaces, on_table: Mask, near: TopDown) -> Mask:
     wide, narrow = smooth_height(clipped, 5), smooth_height(clipped, 3)
     level, noise = lowest_layer(wide[on_table]) if on_table.any() else (0.0, 0.002)
     low = level + max(0.0022, 4.0 * noise)
+    # A pixel beside a tall thing is lifted by the average, not by itself: it must be up there, too.
     with np.errstate(invalid="ignore"):
-        above = (wide > low) & (narrow > 0.6 * low) & (height < _MAX_HEIGHT_M)
+        above = (wide > low) & (narrow > 0.6 * low) & (clipped > 0.5 * wide) & (height < _MAX_HEIGHT_M)
     return np.asarray(above & near.inside(surfaces.ground_points[..., :2]))
 
 

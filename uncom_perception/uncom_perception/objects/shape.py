@@ -57,16 +57,14 @@ def measure(points: npt.NDArray[np.floating], viewer: FloatArray) -> Shape:
     """Measure a thing by points (N, 3) as x, y, height [m], seen from a viewer (3,) in the same frame."""
     footprint = _rasterise(points)
     mask = cv2.morphologyEx(footprint.mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
-    contour = _largest_contour(mask)
-    hull = cv2.convexHull(contour)
-    (_, _), (side_a, side_b), _ = cv2.minAreaRect(hull)
-    long_side, short_side = (max(side_a, side_b) + 1.0) * _CELL_M, (min(side_a, side_b) + 1.0) * _CELL_M
+    outline = cv2.convexHull(np.ascontiguousarray(points[:, :2], dtype=np.float32))
+    (_, _), (side_a, side_b), _ = cv2.minAreaRect(outline)
+    long_side, short_side = float(max(side_a, side_b)), float(min(side_a, side_b))
     height = float(np.percentile(points[:, 2], 98.5))
     body, handle = _split_handle(mask)
     body_hull = cv2.convexHull(_largest_contour(body))
     (_, _), (body_a, body_b), _ = cv2.minAreaRect(body_hull)
-    body_width = (min(body_a, body_b) + 1.0) * _CELL_M
-    body_length = (max(body_a, body_b) + 1.0) * _CELL_M
+    body_width, body_length = min(body_a, body_b) * _CELL_M, max(body_a, body_b) * _CELL_M
     radius = cv2.minEnclosingCircle(body_hull)[1] + 0.5
     hull_area = max(float(cv2.contourArea(body_hull)), 1.0)
     hollow, cavity = _cavity(footprint, body, height)
@@ -78,7 +76,9 @@ def measure(points: npt.NDArray[np.floating], viewer: FloatArray) -> Shape:
         height=height,
         elongation=long_side / max(short_side, 1e-3),
         flatness=height / max(long_side, 1e-3),
-        roundness=float(np.clip(hull_area / (np.pi * radius**2) * min(1.0, body_width / body_length) ** 0.5, 0.0, 1.0)),
+        roundness=float(
+            np.clip(hull_area / (np.pi * radius**2) * min(1.0, body_width / max(body_length, 1e-3)) ** 0.5, 0.0, 1.0)
+        ),
         rectangularity=float(np.clip(hull_area / max(body_a * body_b, 1.0), 0.0, 1.0)),
         hollowness=hollow,
         cavity=cavity,
