@@ -92,7 +92,7 @@ def test_endless_speech_is_cut_and_memory_stays_bounded():
 
 
 def test_a_gap_in_the_stamps_ends_the_utterance():
-    sound, made = spoken(lead_s=0.5)
+    sound, _ = spoken(lead_s=0.5)
     half = len(sound) // 2
     stream = UtteranceStream()
     assert stream.feed(sound[:half], 10.0) == []

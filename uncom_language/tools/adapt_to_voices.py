@@ -108,6 +108,7 @@ class Aligner:
         return Aligned(cepstra, senones, codebooks)
 
     def _run(self, samples: npt.NDArray[np.int16]) -> None:
+        self._decoder.start_stream()
         self._decoder.start_utt()
         self._decoder.process_raw(samples.tobytes(), full_utt=True)
         self._decoder.end_utt()

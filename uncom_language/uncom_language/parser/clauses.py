@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import lark
 
-from uncom_language.parser.grammar import Tree
+from uncom_language.parser.grammar import Tree, children
 from uncom_language.parser.lexicon import Lexicon
 from uncom_language.parser.references import SUPPORTING, Place, ReferenceBuilder, Timing, attach, tokens_of
 from uncom_language.parser.tagger import Token
@@ -107,12 +107,12 @@ class ClauseReader:
         verbs: list[Token] = []
         things: list[Reference] = []
         places: list[Place] = []
-        for child in tree.children:
+        for child in children(tree):
             if isinstance(child, lark.Token) or child.data in ("particles", "done"):
                 verbs.extend(tokens_of(child))
             elif child.data == "things":
                 things.extend(
-                    self._build.thing(grandchild) for grandchild in child.children if isinstance(grandchild, lark.Tree)
+                    self._build.thing(grandchild) for grandchild in children(child) if isinstance(grandchild, lark.Tree)
                 )
             elif child.data == "places":
                 places.extend(self._build.places(child))

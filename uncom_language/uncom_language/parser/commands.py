@@ -11,7 +11,7 @@ import lark
 
 from uncom_language.parser import repair
 from uncom_language.parser.clauses import Clause, ClauseReader
-from uncom_language.parser.grammar import NotInGrammarError, load_grammar, parse_tokens
+from uncom_language.parser.grammar import NotInGrammarError, Tree, children, load_grammar, parse_tokens
 from uncom_language.parser.lexicon import Lexicon, load_lexicon
 from uncom_language.parser.references import Timing
 from uncom_language.parser.tagger import Item, Tagger, split_text, without_fillers
@@ -128,7 +128,7 @@ class GrammarParser:
 
     # --- clauses ----------------------------------------------------------------------------------
 
-    def _tree(self, items: tuple[Item, ...]) -> lark.Tree[lark.Token]:
+    def _tree(self, items: tuple[Item, ...]) -> Tree:
         kept = without_fillers(items, self.lexicon)
         tokens = self._tagger.tag(kept)
         if not tokens:
@@ -145,7 +145,7 @@ class GrammarParser:
         try:
             tree = self._tree(reading.items)
             reader = ClauseReader(self.lexicon, timing)
-            clauses = [reader.read(child) for child in tree.children if isinstance(child, lark.Tree)]
+            clauses = [reader.read(child) for child in children(tree) if isinstance(child, lark.Tree)]
         except NotInGrammarError as error:
             return [self._refused(said, _why_refused(error, said.text))]
         ordered = next((clause.order for clause in clauses if clause.order), "")

@@ -13,7 +13,13 @@ from lark.lexer import Lexer
 from uncom_language.parser.lexicon import PACKS
 from uncom_language.parser.tagger import Token
 
-Tree = lark.Tree[lark.Token]
+# Lark's own annotations are not seen by mypy here (follow_imports = skip).
+Tree = lark.Tree
+
+
+def children(tree: Tree) -> list[Any]:
+    """Return the subtrees and terminals of a tree."""
+    return list(tree.children)
 
 
 class NotInGrammarError(ValueError):
@@ -35,7 +41,7 @@ class _TokenStream(Lexer):
     def lex(self, data: Iterable[Token]) -> Iterator[lark.Token]:
         """Yield one terminal a token."""
         for token in data:
-            yield lark.Token(token.tag, token)  # type: ignore[arg-type]
+            yield lark.Token(token.tag, token)
 
 
 @cache
@@ -54,6 +60,6 @@ def parse_tokens(tokens: list[Token], language: str) -> Tree:
     try:
         return load_grammar(language).parse(tokens)  # type: ignore[arg-type]
     except lark.UnexpectedToken as error:
-        value = error.token.value
-        token = value if isinstance(value, Token) else None
-        raise NotInGrammarError(token, error.accepts or error.expected) from error
+        misfit: Any = error
+        token = misfit.token.value if isinstance(misfit.token.value, Token) else None
+        raise NotInGrammarError(token, misfit.accepts or misfit.expected) from error

@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any, cast
 
 import lark
 
-from uncom_language.parser.grammar import NotInGrammarError, Tree
+from uncom_language.parser.grammar import NotInGrammarError, Tree, children
 from uncom_language.parser.lexicon import Lexicon
 from uncom_language.parser.tagger import Token
 from uncom_language.types import Reference, Span
@@ -51,7 +52,7 @@ def tokens_of(tree: Tree | lark.Token) -> tuple[Token, ...]:
     """Return all tokens under a tree, in order."""
     if isinstance(tree, lark.Token):
         return (_token(tree),)
-    return tuple(_token(leaf) for leaf in tree.scan_values(lambda _: True))
+    return tuple(_token(leaf) for leaf in cast(Any, tree).scan_values(lambda _: True))
 
 
 def _token(leaf: lark.Token) -> Token:
@@ -107,17 +108,21 @@ class ReferenceBuilder:
 
     def _nouns(self, tree: Tree) -> tuple[Token | None, tuple[Token, ...], tuple[Token, ...] | None]:
         """Return the head, the noun tokens, and the tokens of an "of ..." phrase."""
-        group = next((child for child in tree.children if isinstance(child, lark.Tree) and child.data == "nouns"), None)
+        group = next(
+            (child for child in children(tree) if isinstance(child, lark.Tree) and child.data == "nouns"), None
+        )
         if group is None:
             return None, (), None
         nouns = tuple(
-            _token(child) for child in group.children if isinstance(child, lark.Token) and child.type in ("NOUN", "ONE")
+            _token(child)
+            for child in children(group)
+            if isinstance(child, lark.Token) and child.type in ("NOUN", "ONE")
         )
-        inner = next((child for child in group.children if isinstance(child, lark.Tree)), None)
+        inner = next((child for child in children(group) if isinstance(child, lark.Tree)), None)
         if inner is None:
             return nouns[-1], nouns, None
         of_token = next(
-            _token(child) for child in group.children if isinstance(child, lark.Token) and child.type == "OF"
+            _token(child) for child in children(group) if isinstance(child, lark.Token) and child.type == "OF"
         )
         return nouns[-1], nouns, (of_token, *tokens_of(inner))
 
@@ -150,19 +155,19 @@ class ReferenceBuilder:
 
     def places(self, tree: Tree) -> tuple[Place, ...]:
         """Read a chain of locating phrases."""
-        return tuple(self.place(child) for child in tree.children if isinstance(child, lark.Tree))
+        return tuple(self.place(child) for child in children(tree) if isinstance(child, lark.Tree))
 
     def place(self, tree: Tree) -> Place:
         """Read one locating phrase."""
         if tree.data == "which":
-            inner = [child for child in tree.children if isinstance(child, lark.Tree)]
+            inner = [child for child in children(tree) if isinstance(child, lark.Tree)]
             if inner:
                 return replace(self.place(inner[0]), restrictive=True)
             tokens = tokens_of(tree)
             return Place("quality", "", tokens, text=" ".join(token.text for token in tokens[1:]), restrictive=True)
-        leaves = [_token(child) for child in tree.children if isinstance(child, lark.Token)]
+        leaves = [_token(child) for child in children(tree) if isinstance(child, lark.Token)]
         things = tuple(
-            self.thing(child) for child in tree.children if isinstance(child, lark.Tree) and child.data == "thing"
+            self.thing(child) for child in children(tree) if isinstance(child, lark.Tree) and child.data == "thing"
         )
         first = leaves[0]
         kind, relation = str(tree.data), first.value

@@ -121,7 +121,7 @@ class Tagger:
         self, meanings: tuple[Meaning, ...], previous: Token | None, words: tuple[str, ...], after: int
     ) -> Meaning:
         """Pick one of several classes by what stands before and after."""
-        if len(meanings) == 1 and meanings[0].tag not in _CONTEXT:
+        if len(meanings) == 1:
             return meanings[0]
         by_tag = {meaning.tag: meaning for meaning in meanings}
         for tag in self._preference(previous, self._next_tags(words, after)):
@@ -135,21 +135,14 @@ class Tagger:
         thing_follows = noun_follows or bool(following & (PREMODIFIERS | {"PRONOUN"}))
         if before == "GOING":
             return ("PARTICIPLE", "RELATION", "SIDE", "PLACE")
-        if before in PREMODIFIERS or (before == "NOUN" and previous is not None and previous.detail == "unknown"):
-            return (
-                ("COUNT", "ADJECTIVE", "NOUN", "ONE")
-                if noun_follows
-                else ("NOUN", "ONE", "ADJECTIVE", "COMPARED", "RELATION")
-            )
-        if before in ("", "AND", "CLAUSE_AND", "THEN") and thing_follows:
-            return ("VERB", "COUNT", "DEICTIC", "ADJECTIVE", "NOUN", "THEN", "RELATION")
-        if noun_follows:
-            return ("COUNT", "DEICTIC", "ADJECTIVE", "COMPARED", "RELATION", "VERB", "RELATIVE", "NOUN")
-        if thing_follows:
-            return ("RELATION", "SOURCE", "VERB", "COMPARED", "RELATIVE", "NOUN", "COUNT", "ADJECTIVE")
-        if before in ("NOUN", "ONE", "PRONOUN"):
-            return ("PARTICLE", "SIDE", "RELATIVE", "PARTICIPLE", "NOUN", "VERB", "RELATION")
-        return ("VERB", "NOUN", "ONE", "DEICTIC", "COUNT", "PARTICLE", "SIDE", "ADJECTIVE")
+        unknown_noun = before == "NOUN" and previous is not None and previous.detail == "unknown"
+        situation = (
+            "within" if before in PREMODIFIERS or unknown_noun else "begin" if before in _BEGINNINGS else "after",
+            "noun" if noun_follows else "thing" if thing_follows else "end",
+        )
+        if situation == ("after", "end") and before in ("NOUN", "ONE", "PRONOUN"):
+            situation = ("thing", "end")
+        return _PREFERENCES[situation]
 
     def _next_tags(self, words: tuple[str, ...], after: int) -> frozenset[str]:
         if after >= len(words) or words[after] == ",":
@@ -160,7 +153,23 @@ class Tagger:
         return frozenset() if words[after] in self._lexicon.function_words else frozenset({"UNKNOWN_NOUN"})
 
 
-_CONTEXT: frozenset[str] = frozenset()
+_BEGINNINGS = frozenset({"", "AND", "CLAUSE_AND", "THEN"})
+_LAST = ("VERB", "NOUN", "ONE", "DEICTIC", "COUNT", "PARTICLE", "SIDE", "ADJECTIVE")
+_FIRST = ("VERB", "COUNT", "DEICTIC", "ADJECTIVE", "NOUN", "THEN", "RELATION")
+_ENDING = ("NOUN", "ONE", "ADJECTIVE", "COMPARED", "RELATION")
+# What stands before (within a phrase, at a clause's beginning, after a thing, elsewhere) and what follows.
+_PREFERENCES: dict[tuple[str, str], tuple[str, ...]] = {
+    ("within", "noun"): ("COUNT", "ADJECTIVE", "NOUN", "ONE"),
+    ("within", "thing"): _ENDING,
+    ("within", "end"): _ENDING,
+    ("begin", "noun"): _FIRST,
+    ("begin", "thing"): _FIRST,
+    ("begin", "end"): _LAST,
+    ("after", "noun"): ("COUNT", "DEICTIC", "ADJECTIVE", "COMPARED", "RELATION", "VERB", "RELATIVE", "NOUN"),
+    ("after", "thing"): ("RELATION", "SOURCE", "VERB", "COMPARED", "RELATIVE", "NOUN", "COUNT", "ADJECTIVE"),
+    ("thing", "end"): ("PARTICLE", "SIDE", "RELATIVE", "PARTICIPLE", "NOUN", "VERB", "RELATION"),
+    ("after", "end"): _LAST,
+}
 
 
 def _settle_joins(tokens: list[Token], stops: set[int]) -> list[Token]:

@@ -61,7 +61,7 @@ def write_shift(shift: FloatArray, path: Path) -> None:
 def read_shift(path: Path) -> FloatArray:
     """Read how far means move: (codebook, stream, density, dimension)."""
     with np.load(path) as held:
-        return (held["shift"].astype(np.float32) * held["scale"]).astype(np.float32)
+        return np.asarray(held["shift"].astype(np.float32) * held["scale"], dtype=np.float32)
 
 
 def make_shifted_model(model: Path, shift: FloatArray, folder: Path) -> Path:

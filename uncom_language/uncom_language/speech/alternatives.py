@@ -41,7 +41,10 @@ def with_confidences(words: tuple[Word, ...], hypotheses: Sequence[Hypothesis]) 
 
 
 def make_alternatives(words: tuple[Word, ...], hypotheses: Sequence[Hypothesis]) -> tuple[Alternative, ...]:
-    """Return the other hypotheses, best first; words they share with the best keep their times, others share the gap's."""
+    """Return the other hypotheses, best first.
+
+    Words shared with the best one keep their times, the others share the time of what they replace.
+    """
     texts = tuple(word.text for word in words)
     best = next((hypothesis.score for hypothesis in hypotheses if hypothesis.words == texts), None)
     if best is None:

@@ -61,12 +61,12 @@ def as_float(samples: npt.NDArray[np.generic]) -> FloatArray:
         raise SoundFormatError(f"samples are {samples.dtype}; give int16 or float32")
     if scaled.ndim == 2:
         scaled = scaled.mean(axis=1, dtype=np.float32)
-    return np.nan_to_num(scaled)
+    return np.asarray(np.nan_to_num(scaled), dtype=np.float32)
 
 
 def to_int16(samples: FloatArray) -> Int16Array:
     """Return samples within -1..1 as 16 bit integers; what is beyond is clipped."""
-    return np.clip(np.rint(samples * 32767.0), -32768, 32767).astype(np.int16)
+    return np.asarray(np.clip(np.rint(samples * 32767.0), -32768, 32767), dtype=np.int16)
 
 
 def resample(samples: FloatArray, sample_rate: int) -> FloatArray:
@@ -93,7 +93,7 @@ def with_floor(samples: Int16Array, snr_db: float = 32.0) -> Int16Array:
     if missing <= 0.0:
         return samples
     noise = np.random.default_rng(0).standard_normal(samples.size) * np.sqrt(missing)
-    return np.clip(np.rint(samples + noise), -32768, 32767).astype(np.int16)
+    return np.asarray(np.clip(np.rint(samples + noise), -32768, 32767), dtype=np.int16)
 
 
 class StreamResampler:

@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -125,7 +126,7 @@ def make_arpa(
     for words in sentences:
         padded = [START, *words, END]
         unigrams.update(padded[1:])
-        bigrams.update(zip(padded, padded[1:], strict=False))
+        bigrams.update(pairwise(padded))
         trigrams.update(zip(padded, padded[1:], padded[2:], strict=False))
     single = _single_words(unigrams, general, weights, scene_words)
     pair: dict[tuple[str, str], float] = {}

@@ -9,21 +9,24 @@ import os
 import tempfile
 import threading
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pocketsphinx
 
 from uncom_language.exceptions import RecognizerError
 from uncom_language.speech.acoustic_model import make_shifted_model, read_shift
 from uncom_language.speech.alternatives import Hypothesis, make_alternatives, with_confidences
-from uncom_language.speech.audio import SAMPLE_RATE, Int16Array, as_float, resample, to_int16
+from uncom_language.speech.audio import SAMPLE_RATE, Int16Array, as_float, resample, to_int16, with_floor
 from uncom_language.speech.language_model import ModelWeights, draw_sentences, make_arpa
-from uncom_language.speech.pronunciation import pronounce
+from uncom_language.speech.plausibility import why_not_speech
+from uncom_language.speech.pronunciation import pronounce, with_accents
 from uncom_language.speech.recognizer import Recognition, Recognizer, Samples
+from uncom_language.speech.timeline import shifted
 from uncom_language.types import Word
 
 _LOG = logging.getLogger(__name__)
@@ -32,6 +35,7 @@ _LONGEST_S = 30.0
 # Scores of PocketSphinx are 1/1024 of log likelihoods; its own posteriors divide those by 20 (-ascale).
 _SCORE_TO_LOG = 1024.0 / 20.0
 _MIN_DECIBEL = -70.0
+_RISE_DB = 6.0  # a word's first sound stands out of the background by this
 # Made by tools/adapt_to_voices.py: how the means move for synthesised voices.
 _SYNTHETIC_VOICES = Path(__file__).parent / "models" / "synthetic_voices.npz"
 
@@ -43,6 +47,7 @@ class DecoderWeights:
     lw: float = 9.0
     wip: float = 0.65
     general_words: int = 2000
+    max_active: int = 3000  # states that stay in the search per frame
     alternatives: int = 8
 
 
@@ -73,7 +78,10 @@ def common_words(count: int) -> dict[str, float]:
 
 
 class PocketSphinxRecognizer(Recognizer):
-    """PocketSphinx 5 with its en-us acoustic model, a variant of it for synthesised voices, and a language model counted from our own sentence patterns."""
+    """PocketSphinx 5 with a language model counted from our own sentence patterns.
+
+    Two acoustic models listen: the wheel's en-us for people, and a variant of it for synthesised voices.
+    """
 
     def __init__(
         self, model: ModelWeights | None = None, decoder: DecoderWeights | None = None, scene_words: Sequence[str] = ()
@@ -130,17 +138,23 @@ class PocketSphinxRecognizer(Recognizer):
                 dict=str(dictionary),
                 lw=self._weights.lw,
                 wip=self._weights.wip,
+                maxhmmpf=self._weights.max_active,
+                # Its tracker starts anew with every utterance and takes the first word for noise.
+                remove_noise=False,
                 logfn=os.devnull,
                 loglevel="FATAL",
             )
         except (RuntimeError, ValueError) as error:
             raise RecognizerError(f"PocketSphinx cannot load its models from {acoustic}: {error}") from error
 
-    @staticmethod
-    def _dictionary_lines(vocabulary: Iterable[str]) -> Iterable[str]:
+    def _dictionary_lines(self, vocabulary: Iterable[str]) -> Iterable[str]:
         known = _dictionary()
+        accented = {word for sentence in self._sentences for word in sentence}
         for word in sorted(vocabulary):
-            for number, phones in enumerate(known.get(word) or (pronounce(word),)):
+            variants = known.get(word) or (pronounce(word),)
+            if word in accented:
+                variants = with_accents(word, variants)
+            for number, phones in enumerate(variants):
                 yield f"{word}({number + 1}) {phones}\n" if number else f"{word} {phones}\n"
 
     def transcribe(self, samples: Samples, sample_rate: int) -> Recognition:
@@ -150,16 +164,17 @@ class PocketSphinxRecognizer(Recognizer):
             return Recognition(reason="too short for a word")
         if _level_db(sound) < _MIN_DECIBEL:
             return Recognition(reason="silence")
+        sound = with_floor(sound)
         piece = round(_LONGEST_S * SAMPLE_RATE)
-        parts = [
-            self._decode(sound[start : start + piece], start / SAMPLE_RATE) for start in range(0, sound.size, piece)
-        ]
-        if len(parts) == 1:
-            return parts[0]
-        words = tuple(word for part in parts for word in part.words)
+        if sound.size <= piece:
+            return self._decode(sound)
+        starts = range(0, sound.size, piece)
+        parts = [self._decode(sound[start : start + piece]) for start in starts]
+        offsets = [start / SAMPLE_RATE for start in starts]
+        words = tuple(word for part, offset in zip(parts, offsets, strict=True) for word in shifted(part.words, offset))
         return Recognition(words, reason="" if words else parts[0].reason)
 
-    def _decode(self, sound: Int16Array, offset_s: float) -> Recognition:
+    def _decode(self, sound: Int16Array) -> Recognition:
         """Decode with the model of people's voices and with that of synthesised ones; the likelier one counts."""
         with self._lock:
             scored = [_Scored(decoder, _run(decoder, sound)) for decoder in self._decoders]
@@ -169,8 +184,8 @@ class PocketSphinxRecognizer(Recognizer):
             words = tuple(
                 Word(
                     _plain(part.word),
-                    offset_s + part.start_frame * _FRAME_S,
-                    offset_s + (part.end_frame + 1) * _FRAME_S,
+                    part.start_frame * _FRAME_S,
+                    (part.end_frame + 1) * _FRAME_S,
                 )
                 for part in best.decoder.seg()
                 if _is_word(part.word)
@@ -178,7 +193,10 @@ class PocketSphinxRecognizer(Recognizer):
             hypotheses = _hypotheses(best.decoder, 10 * self._weights.alternatives)
         if not words:
             return Recognition(reason="no words in it")
-        words = with_confidences(words, hypotheses)
+        words = with_confidences(_onset_trimmed(words, sound), hypotheses)
+        reason = why_not_speech(sound, words)
+        if reason:
+            return Recognition(reason=reason)
         return Recognition(words, make_alternatives(words, hypotheses)[: self._weights.alternatives])
 
 
@@ -190,6 +208,7 @@ class _Scored:
 
 def _run(decoder: Any, sound: Int16Array) -> float:
     """Decode; return the log score of the best path, minus infinity if there is none."""
+    decoder.start_stream()  # forget the noise of earlier utterances: the same sound gives the same words
     decoder.start_utt()
     decoder.process_raw(sound.tobytes(), no_search=False, full_utt=True)
     decoder.end_utt()
@@ -197,6 +216,19 @@ def _run(decoder: Any, sound: Int16Array) -> float:
     if best is None or not best.hypstr or best.best_score <= 0.0:
         return -math.inf
     return math.log(best.best_score) * _SCORE_TO_LOG
+
+
+def _onset_trimmed(words: tuple[Word, ...], sound: Int16Array) -> tuple[Word, ...]:
+    """Let the first word begin where sound rises from the background; the search gives it silence before it."""
+    frame = round(_FRAME_S * SAMPLE_RATE)
+    usable = sound[: sound.size - sound.size % frame].astype(np.float64).reshape(-1, frame)
+    level = 10.0 * np.log10(np.mean(usable**2, axis=1) + 1.0)
+    first = words[0]
+    begin, end = (round(time / _FRAME_S) for time in (first.start_s, first.end_s))
+    loud = np.flatnonzero(level[begin:end] > np.percentile(level, 10) + _RISE_DB)
+    if loud.size == 0 or int(loud[0]) <= 3:
+        return words
+    return (replace(first, start_s=(begin + int(loud[0]) - 3) * _FRAME_S), *words[1:])
 
 
 def _hypotheses(decoder: Any, limit: int) -> tuple[Hypothesis, ...]:

@@ -9,7 +9,8 @@ from uncom_language.speech.recognizer import Recognition, Recognizer
 from uncom_language.types import Transcript, Word
 
 
-def _shifted(words: tuple[Word, ...], offset_s: float) -> tuple[Word, ...]:
+def shifted(words: tuple[Word, ...], offset_s: float) -> tuple[Word, ...]:
+    """Return the words later by an offset [s]."""
     return tuple(replace(word, start_s=word.start_s + offset_s, end_s=word.end_s + offset_s) for word in words)
 
 
@@ -19,8 +20,8 @@ def shifted_transcript(
     """Return a transcript whose times [s] are those of the stream in which the segment began at `offset_s`."""
     return Transcript(
         utterance_id=utterance_id,
-        words=_shifted(heard.words, offset_s),
-        alternatives=tuple(replace(other, words=_shifted(other.words, offset_s)) for other in heard.alternatives),
+        words=shifted(heard.words, offset_s),
+        alternatives=tuple(replace(other, words=shifted(other.words, offset_s)) for other in heard.alternatives),
         language=recognizer.language,
         backend=recognizer.backend,
         latency_s=latency_s,

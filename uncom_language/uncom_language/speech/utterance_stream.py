@@ -175,7 +175,7 @@ class UtteranceStream:
         return [segment] if standing_out * FRAME_S >= self.config.min_voiced_s else []
 
     def _background(self) -> float:
-        """Return the level of the quietest tenth of the last seconds [dB]: the background, also while someone speaks."""
+        """Return the level [dB] of the quietest tenth of the last seconds: the background even during speech."""
         levels = np.fromiter(self._levels, float)
         return float(np.partition(levels, len(levels) // 10)[len(levels) // 10])
 
