@@ -6,6 +6,8 @@
    grid (Pham and Pham 2018, TOPP-RA); the limits are linear between grid points, so they hold there too.
 3. The motion is averaged over a sliding window. An average never exceeds the limits of what it averages, and with
    window w the jerk is at most 2 a_max / w; the path changes by at most a_max w^2 / 24, well under a margin.
+
+A straight line needs none of this: Ruckig times it exactly (straight.py).
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ import numpy as np
 
 from uncom_tiago_exec.blending import PathGrid, blend
 from uncom_tiago_exec.exceptions import PlanningError
+from uncom_tiago_exec.straight import is_straight, time_straight
 from uncom_tiago_exec.types import FloatArray, Trajectory
 
 _FINE = 0.002  # [s]
@@ -53,6 +56,9 @@ def time_path(
     """
     if not np.isfinite(waypoints).all():
         raise PlanningError("a path holds values that are not numbers; plan again")
+    if is_straight(waypoints):
+        bounds = (limits.velocity, limits.acceleration, limits.jerk)
+        return Trajectory(joint_names, *time_straight(waypoints[0], waypoints[-1], bounds, rate_hz))
     grid = blend(waypoints, limits.velocity, radius)
     if len(grid.s) < 2:
         return _rest(joint_names, grid.q[0])
