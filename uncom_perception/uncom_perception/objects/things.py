@@ -11,6 +11,7 @@ from uncom_common.camera import PinholeCamera
 
 from uncom_perception.hands.detector import FINGERS, INDEX_MCP, MIDDLE_MCP, PINKY_MCP, WRIST
 from uncom_perception.objects.segments import LabelImage, Surfaces, connected, foreground
+from uncom_perception.objects.splitting import split_touching
 from uncom_perception.objects.table import TopDown
 from uncom_perception.types import HandsFrame, Mask
 
@@ -19,6 +20,8 @@ _MIN_EXTENT_M = 0.012
 _FLOATING_M = 0.03
 _CELL_M = 0.005
 _FRAGMENT_PIXELS = 90
+_SAME_LEVEL_M = 0.03
+_TALLEST_M = 0.45
 
 
 def find_things(
@@ -33,10 +36,10 @@ def find_things(
     pixels = foreground(surfaces, on_table, around)
     pixels &= ~hand_pixels(surfaces, pixels, hands)
     labels = connected(surfaces, pixels)
-    labels = _without_specks(labels)
+    labels = split_touching(surfaces, _without_specks(labels))
     labels = _hollow_joined(surfaces, _joined(surfaces, labels))
     inside = table.inside(surfaces.ground_points[..., :2])
-    boxes = _label_boxes(labels)
+    boxes = label_boxes(labels)
     masks = []
     for label, box in boxes.items():
         mask = np.zeros(labels.shape, dtype=bool)
@@ -115,7 +118,8 @@ def _without_specks(labels: LabelImage) -> LabelImage:
     return renumber[labels]
 
 
-def _label_boxes(labels: LabelImage) -> dict[int, tuple[slice, slice]]:
+def label_boxes(labels: LabelImage) -> dict[int, tuple[slice, slice]]:
+    """Return rows and columns that each label covers."""
     return {i + 1: (box[0], box[1]) for i, box in enumerate(ndimage.find_objects(labels)) if box is not None}
 
 
@@ -136,18 +140,10 @@ def _joined(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
     key = (cells[:, 1] + 1) * width + cells[:, 0] + 1
     colours = _label_colours(surfaces, labels)
     sizes = np.bincount(ids, minlength=count + 1)[1:]
-    pairs = np.unique(np.column_stack([key, ids]), axis=0)
-    contacts = np.zeros((count + 1, count + 1), np.int32)
-    owner: dict[int, list[int]] = {}
-    for k, i in pairs:
-        owner.setdefault(int(k), []).append(int(i))
-    for k, here in owner.items():
-        for step in (0, 1, width, width + 1, width - 1):
-            for i in here:
-                for j in owner.get(k + step, ()):
-                    if i != j:
-                        contacts[i, j] += 1
-                        contacts[j, i] += 1
+    both = key * (count + 1) + ids
+    pairs, place = np.unique(both, return_inverse=True)
+    level = np.bincount(place, weights=flat[:, 2]) / np.bincount(place)
+    contacts = _contacts(pairs // (count + 1), pairs % (count + 1), level, width, count)
     parent = np.arange(count + 1)
     order = np.argwhere(np.triu(contacts) >= 2)
     for i, j in sorted(order.tolist(), key=lambda pair: -int(contacts[pair[0], pair[1]])):
@@ -158,6 +154,24 @@ def _joined(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
     roots = np.array([_root(parent, i) for i in range(count + 1)])
     renumber = np.unique(roots, return_inverse=True)[1].astype(np.int32)
     return np.asarray(renumber[labels], dtype=np.int32)
+
+
+def _contacts(
+    cells: npt.NDArray[np.int64], ids: npt.NDArray[np.int64], level: npt.NDArray[np.float64], width: int, count: int
+) -> npt.NDArray[np.int32]:
+    """Count the neighbouring cells, seen from above, in which two labels lie at about the same height."""
+    contacts = np.zeros((count + 1, count + 1), np.int32)
+    owner: dict[int, list[tuple[int, float]]] = {}
+    for cell, label, height in zip(cells.tolist(), ids.tolist(), level.tolist(), strict=True):
+        owner.setdefault(cell, []).append((label, height))
+    for cell, here in owner.items():
+        for step in (0, 1, width, width + 1, width - 1):
+            for i, high in here:
+                for j, other in owner.get(cell + step, ()):
+                    if i != j and abs(high - other) < _SAME_LEVEL_M:
+                        contacts[i, j] += 1
+                        contacts[j, i] += 1
+    return contacts
 
 
 def _alike(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> bool:
@@ -174,10 +188,9 @@ def _hollow_joined(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
 
     Such surfaces border one another in the image, are alike in colour, and together are hardly longer than alone.
     """
-    boxes = _label_boxes(labels)
+    boxes = label_boxes(labels)
     if len(boxes) < 2:
         return labels
-    colours = _label_colours(surfaces, labels)
     kernel = np.ones((9, 9), np.uint8)
     corners: dict[int, npt.NDArray[np.float32]] = {}
     parent = np.arange(int(labels.max()) + 1)
@@ -188,7 +201,11 @@ def _hollow_joined(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
         near = cv2.dilate((part == i).astype(np.uint8), kernel).astype(bool)
         others, counts = np.unique(part[near & (part > 0) & (part != i)], return_counts=True)
         for j in others[counts >= 25].tolist():
-            if j < i and _root(parent, i) != _root(parent, j) and _alike(colours[i - 1], colours[j - 1]):
+            if j > i or _root(parent, i) == _root(parent, j):
+                continue
+            facing = (part == i) & cv2.dilate((part == j).astype(np.uint8), kernel).astype(bool)
+            lab = surfaces.lab[rows, columns]
+            if _alike(np.median(lab[facing], axis=0), np.median(lab[near & (part == j)], axis=0)):
                 hulls = [corners.setdefault(k, _hull(surfaces, labels, k, boxes[k])) for k in (i, j)]
                 if _one_body(*hulls):
                     a, b = _root(parent, i), _root(parent, j)
@@ -212,7 +229,7 @@ def _one_body(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> bool:
 def _label_colours(surfaces: Surfaces, labels: LabelImage) -> npt.NDArray[np.float32]:
     """Return the median Lab colour of each label from 1 on."""
     colours = np.zeros((int(labels.max()), 3), np.float32)
-    for label, box in _label_boxes(labels).items():
+    for label, box in label_boxes(labels).items():
         own = surfaces.lab[box][labels[box] == label]
         colours[label - 1] = np.median(own[:: max(1, len(own) // 400)], axis=0)
     return colours
@@ -231,6 +248,8 @@ def _is_thing(
     own = labels[box] == label
     points = surfaces.ground_points[box][own]
     if len(points) < _MIN_PIXELS or np.ptp(points[:, :2], axis=0).max() < _MIN_EXTENT_M:
+        return False
+    if np.percentile(points[:, 2], 98) > _TALLEST_M:
         return False
     share_inside = float(inside[box][own].mean())
     if share_inside < 0.6:
