@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+import av
 import numpy as np
 import pytest
 import soundfile
@@ -101,11 +102,25 @@ def test_samples_of_a_wrong_kind_are_refused(recognizer):
 def test_files_of_any_kind_are_read(tmp_path, suffix):
     path = tmp_path / f"speech.{suffix}"
     spoken = say("pick up the red cup", snr_db=30)
-    soundfile.write(path, np.repeat(spoken.samples[:, None], 2, axis=1), RATE)
+    # Not as integers: libsndfile writes noise when those are stereo and the file is MP3.
+    soundfile.write(path, np.repeat(spoken.samples[:, None], 2, axis=1) / 32768.0, RATE)
     made = transcript_to_json(transcribe_file(path))
     assert made["text"] == "pick up the red cup"
     assert made["words"][0]["start"] == pytest.approx(spoken.starts[0], abs=0.15)
     assert "pocketsphinx" in made["backend"]
+
+
+def test_the_sound_track_of_a_film_is_read(recognizer, tmp_path):
+    path = tmp_path / "film.mp4"
+    samples = say("pick up the red cup", snr_db=30).samples.astype(np.float32) / 32768.0
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("aac", rate=RATE, layout="mono")
+        for start in range(0, samples.size, 1024):
+            frame = av.AudioFrame.from_ndarray(samples[None, start : start + 1024], format="fltp", layout="mono")
+            frame.sample_rate, frame.pts = RATE, start
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode(None))
+    assert transcribe_file(path).text == "pick up the red cup"
 
 
 def test_bad_files_are_one_line_errors(tmp_path):
@@ -134,3 +149,39 @@ def test_a_silent_file_has_no_words(tmp_path):
 def test_a_back_end_that_is_not_installed_is_named():
     with pytest.raises(UnknownBackendError, match=r"'whisper' is not available .*pocketsphinx.*not installed"):
         make_recognizer("whisper")
+
+
+def noises():
+    rng = np.random.default_rng(4)
+    time = np.arange(3 * RATE) / RATE
+    spectrum = np.fft.rfft(rng.normal(size=time.size)) / np.sqrt(np.maximum(np.arange(time.size // 2 + 1), 1))
+    pink = np.fft.irfft(spectrum, time.size)
+    clicks = np.zeros(time.size)
+    clicks[rng.integers(0, time.size, 20)] = 1.0
+    ringing = np.exp(-np.arange(300) / 40) * np.cos(np.arange(300) * 0.7)
+    melody = np.concatenate(
+        [
+            sum(
+                np.sin(2 * np.pi * 220 * 2 ** (step / 12) * k * time[:6400]) / k * np.exp(-3 * k * time[:6400])
+                for k in range(1, 7)
+            )
+            for step in (0, 4, 7, 12, 7, 4, 0)
+        ]
+    )
+    return {
+        "white": rng.normal(size=time.size),
+        "pink": pink / pink.std(),
+        "hum": np.sin(2 * np.pi * 50 * time) + 0.5 * np.sin(2 * np.pi * 150 * time),
+        "tone": np.sin(2 * np.pi * 440 * time),
+        "clicks": np.convolve(clicks, ringing)[: time.size],
+        "melody": melody,
+    }
+
+
+@pytest.mark.parametrize("kind", noises())
+def test_noise_and_music_after_silence_give_no_words(recognizer, tmp_path, kind):
+    sound = 0.15 * noises()[kind] / np.abs(noises()[kind]).max()
+    hush = np.random.default_rng(5).normal(0, 1e-4, 2 * RATE)
+    path = tmp_path / "noise.wav"
+    soundfile.write(path, np.concatenate([hush, sound, hush]), RATE)
+    assert transcribe_file(path).text == ""

@@ -164,7 +164,7 @@ _PREFERENCES: dict[tuple[str, str], tuple[str, ...]] = {
     ("within", "end"): _ENDING,
     ("begin", "noun"): _FIRST,
     ("begin", "thing"): _FIRST,
-    ("begin", "end"): _LAST,
+    ("begin", "end"): ("THEN", *_LAST),
     ("after", "noun"): ("COUNT", "DEICTIC", "ADJECTIVE", "COMPARED", "RELATION", "VERB", "RELATIVE", "NOUN"),
     ("after", "thing"): ("RELATION", "SOURCE", "VERB", "COMPARED", "RELATIVE", "NOUN", "COUNT", "ADJECTIVE"),
     ("thing", "end"): ("PARTICLE", "SIDE", "RELATIVE", "PARTICIPLE", "NOUN", "VERB", "RELATION"),
