@@ -20,8 +20,9 @@ from uncom_sim.types import SpokenWord
 Samples = npt.NDArray[np.float64]
 
 RATE_HZ = 16000
-# Voices of different people that a listener follows easily; the name after + is eSpeak's speaker variant.
-VOICES = ("en-us", "en-us+m3", "en-us+m7", "en-us+f2", "en-us+f4", "en", "en+m1", "en+f3")
+# Voices of different people that the default recogniser, whose acoustic model is American, can follow; eSpeak's other
+# voices ("en+m1", "en-gb-x-rp") work by name and are misheard more often. After + comes the speaker variant.
+VOICES = ("en-us", "en-us+m1", "en-us+m3", "en-us+m7", "en-us+f1", "en-us+f2", "en-us+f4", "en+f2")
 
 _SYNCHRONOUS = 2
 _UTF8 = 1
