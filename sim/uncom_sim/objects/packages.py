@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 
@@ -79,7 +81,7 @@ def can(colour: Rgb) -> Model:
     return assemble(parts, [hull], 0.37, BARREL)
 
 
-def _front_uv(size: tuple[float, float, float]):  # noqa: ANN202
+def _front_uv(size: tuple[float, float, float]) -> Callable[[FloatArray, FloatArray], FloatArray]:
     def place(v: FloatArray, n: FloatArray) -> FloatArray:
         """Print the wide faces; every other face takes the plain border of the print."""
         uv = np.column_stack([np.sign(-n[:, 1]) * v[:, 0] / size[0] + 0.5, 1.0 - v[:, 2] / size[2]])

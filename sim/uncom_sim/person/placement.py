@@ -117,7 +117,8 @@ def _axes(forward: FloatArray, up: FloatArray) -> FloatArray:
 
 def _discomfort(turn: float, pitch: float, distance: float, away: float) -> float:
     """Cost of a pose in itself; pointing away from the onlooker hides the finger behind the hand."""
-    return 0.6 * abs(turn) + 0.8 * abs(pitch - np.radians(34)) + 1.5 * abs(distance - 0.14) + 1.5 * max(away, 0.0)
+    low = abs(pitch - float(np.radians(34)))
+    return 0.6 * abs(turn) + 0.8 * low + 1.5 * abs(distance - 0.14) + 1.5 * max(away, 0.0)
 
 
 def _cost(

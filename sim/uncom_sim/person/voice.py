@@ -104,7 +104,7 @@ def _synthesize(text: str, voice: str, speed: float, pitch: float) -> tuple[Samp
 
     def on_sound(wave: object, count: int, events: object) -> int:
         if wave and count > 0:
-            chunks.append(np.ctypeslib.as_array(wave, shape=(count,)).copy())  # type: ignore[call-overload]
+            chunks.append(np.ctypeslib.as_array(wave, shape=(count,)).copy())
         i = 0
         while events[i].type != _EVENT_END:  # type: ignore[index]
             if events[i].type == _EVENT_WORD:  # type: ignore[index]
