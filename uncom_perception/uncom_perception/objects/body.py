@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 import numpy.typing as npt
@@ -32,10 +34,25 @@ def clean_points(ground_points: PointImage, mask: Mask) -> npt.NDArray[np.float3
     return kept if len(kept) > 0.5 * len(points) else points
 
 
-def geometry(ground_points: npt.NDArray[np.float32], ground: Ground) -> Geometry:
+def support_heights(clouds: Sequence[npt.NDArray[np.float32]]) -> list[float]:
+    """Return at what height each thing (points (N, 3) on the ground) stands: 0, or the floor of what it lies in or on."""
+    hulls = [cv2.convexHull(np.ascontiguousarray(cloud[:, :2])) for cloud in clouds]
+    areas = [cv2.contourArea(hull) for hull in hulls]
+    floors = [float(np.percentile(cloud[:, 2], 5)) for cloud in clouds]
+    heights = [0.0] * len(clouds)
+    for i, cloud in enumerate(clouds):
+        middle = tuple(float(v) for v in cloud[:, :2].mean(axis=0))
+        for j, hull in enumerate(hulls):
+            inside = i != j and areas[j] > 1.3 * areas[i] and cv2.pointPolygonTest(hull, middle, False) > 0
+            if inside and floors[i] > floors[j] + 0.003:
+                heights[i] = max(heights[i], min(floors[j], floors[i]))
+    return heights
+
+
+def geometry(ground_points: npt.NDArray[np.float32], ground: Ground, base_m: float = 0.0) -> Geometry:
     """Return cloud, oriented box and centroid in the frame that the ground lies in.
 
-    The box is turned about the ground's vertical only and stands on the ground; its first axis is the longer one.
+    The box is turned about the ground's vertical only and stands at base_m above the ground; its first axis is the longer one.
     The centroid is the box's centre, which one-sided views shift less than the mean of the visible points.
     """
     voxels = np.unique(_cell_keys(ground_points, _VOXEL_M), return_index=True)[1]
@@ -48,14 +65,15 @@ def geometry(ground_points: npt.NDArray[np.float32], ground: Ground) -> Geometry
     height = float(np.percentile(ground_points[:, 2], 99.0))
     pose = np.eye(4)
     pose[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
-    pose[:3, 3] = (x, y, height / 2.0)
+    middle = (base_m + height) / 2.0
+    pose[:3, 3] = (x, y, middle)
     pose = to_frame @ pose
     # Heights are over the plane; where the ground frame is level and the plane is not quite, correct the centre.
-    pose[:3, 3] += (ground.plane.offset + height / 2.0 - ground.plane.normal @ pose[:3, 3]) * ground.plane.normal
+    pose[:3, 3] += (ground.plane.offset + middle - ground.plane.normal @ pose[:3, 3]) * ground.plane.normal
     in_frame = apply(to_frame, cloud)
     lift = ground.plane.offset + cloud[:, 2] - in_frame @ ground.plane.normal
     in_frame = in_frame + lift[:, None] * ground.plane.normal
-    return Geometry(pose[:3, 3].copy(), pose, np.array([a, b, height]), in_frame.astype(np.float32))
+    return Geometry(pose[:3, 3].copy(), pose, np.array([a, b, height - base_m]), in_frame.astype(np.float32))
 
 
 def _cell_keys(points: npt.NDArray[np.float32], cell_m: float) -> npt.NDArray[np.int64]:

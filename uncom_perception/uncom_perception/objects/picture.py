@@ -13,11 +13,11 @@ import numpy.typing as npt
 from scipy import ndimage
 from uncom_common.camera import PinholeCamera
 
+from uncom_perception.objects.arms import bare_skin
 from uncom_perception.objects.colour import exposure, name_colours
 from uncom_perception.objects.detector import DepthImage, FloatArray, ObjectDetector, RgbImage, check_images
 from uncom_perception.objects.phrases import PhraseMatcher
 from uncom_perception.objects.scenes import answer
-from uncom_perception.objects.things import bare_skin
 from uncom_perception.types import HandsFrame, Mask, Scene, TableSurface
 
 _TRUST = 0.5

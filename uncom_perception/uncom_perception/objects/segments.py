@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import numpy.typing as npt
+from scipy import ndimage
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
@@ -81,3 +82,8 @@ def connected(surfaces: Surfaces, pixels: Mask) -> LabelImage:
     if count:
         labels[pixels] = connected_components(graph, directed=False)[1] + 1
     return labels
+
+
+def label_boxes(labels: LabelImage) -> dict[int, tuple[slice, slice]]:
+    """Return rows and columns that each label covers."""
+    return {i + 1: (box[0], box[1]) for i, box in enumerate(ndimage.find_objects(labels)) if box is not None}

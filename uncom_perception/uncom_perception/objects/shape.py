@@ -115,7 +115,12 @@ def _largest_contour(mask: npt.NDArray[np.uint8]) -> npt.NDArray[np.int32]:
 
 def _split_handle(mask: npt.NDArray[np.uint8]) -> tuple[npt.NDArray[np.uint8], float]:
     """Return the body without what sticks out of it, and the length of that [m]."""
-    filled = ndimage.binary_fill_holes(mask).astype(np.uint8)
+    # The sides of a rim are often lost: close the ring before its inside counts as inside.
+    gap = int(np.clip(0.45 * min(mask.shape), 5, 31)) | 1
+    ring = cv2.morphologyEx(
+        np.pad(mask, gap), cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (gap, gap))
+    )
+    filled = ndimage.binary_fill_holes(ring[gap:-gap, gap:-gap]).astype(np.uint8)
     radius = float(cv2.distanceTransform(np.pad(filled, 1), cv2.DIST_L2, 5).max())
     size = max(1, round(0.55 * radius))
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * size + 1, 2 * size + 1))

@@ -11,15 +11,16 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from uncom_perception.objects.segments import LabelImage, Surfaces, connected
+from uncom_perception.objects.segments import LabelImage, Surfaces, connected, label_boxes
 from uncom_perception.types import Mask
 
-_COLOUR_STEP = 8.0  # between neighbouring pixels [Lab, lightness at half weight]
+_COLOUR_STEP = 5.5  # between neighbouring pixels [Lab, lightness at half weight]
 _MIN_PATCH = 220  # pixels
 _MIN_SHARE = 0.04  # of the surface
 _FOLD = 0.22  # how concave a border must be [sine, about]
 _SMALL_TOP_M = 0.045  # narrower things on top of others are their caps and lids
 _APART_M = 0.02  # borders further apart than this stand one before the other
+_SECTORS = 8
 _REACH = 6  # pixels from the border to where surfaces are compared
 
 
@@ -28,7 +29,7 @@ def split_touching(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
     normals: npt.NDArray[np.float32] | None = None
     result = labels.copy()
     following = int(labels.max()) + 1
-    for label, box in _boxes(labels):
+    for label, box in label_boxes(labels).items():
         own = labels[box] == label
         if own.sum() < 3 * _MIN_PATCH:
             continue
@@ -43,12 +44,6 @@ def split_touching(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
             result[box][own & (groups == group)] = following
             following += 1
     return result
-
-
-def _boxes(labels: LabelImage) -> list[tuple[int, tuple[slice, slice]]]:
-    from uncom_perception.objects.things import label_boxes  # noqa: PLC0415  (the two modules use one another)
-
-    return list(label_boxes(labels).items())
 
 
 def _cut(surfaces: Surfaces, box: tuple[slice, slice]) -> Surfaces:
@@ -119,20 +114,36 @@ def _folded(
 ) -> bool:
     """Whether two patches meet concavely, or one stands before the other, and neither is a cap, a lid or a handle."""
     points = part.ground_points
-    a, b = (points[m].mean(axis=0) for m in near)
-    na, nb = (normals[m].mean(axis=0) for m in near)
-    apart = a - b
-    distance = float(np.linalg.norm(apart))
-    if distance > _APART_M:
-        return True
-    fold = float((na - nb) @ apart) / max(distance, 1e-6)
-    if fold > -_FOLD:
+    smaller = patches == min(pair, key=lambda i: int((patches == i).sum()))
+    rows, columns = np.nonzero(smaller)
+    sectors = _sectors(patches.shape, float(rows.mean()), float(columns.mean()))
+    folds, weights = [], []
+    for sector in range(_SECTORS):
+        here = [m & (sectors == sector) for m in near]
+        if min(m.sum() for m in here) < 6:
+            continue
+        a, b = (points[m].mean(axis=0) for m in here)
+        na, nb = (normals[m].mean(axis=0) for m in here)
+        distance = float(np.linalg.norm(a - b))
+        folds.append(-1.0 if distance > _APART_M else float((na - nb) @ (a - b)) / max(distance, 1e-6))
+        weights.append(min(int(m.sum()) for m in here))
+    if not folds:
+        return False
+    order = np.argsort(folds)
+    middle = np.searchsorted(np.cumsum(np.array(weights)[order]), 0.5 * sum(weights))
+    if folds[int(order[min(int(middle), len(order) - 1)])] > -_FOLD:
         return False
     for own, other in (pair, pair[::-1]):
         mine, theirs = points[patches == own], points[patches == other]
         if _is_fitting(mine, theirs):
             return False
     return True
+
+
+def _sectors(shape: tuple[int, ...], row: float, column: float) -> npt.NDArray[np.int32]:
+    """Return in which sector about a place each pixel lies: borders are compared piece by piece, not on average."""
+    v, u = np.mgrid[0 : shape[0], 0 : shape[1]]
+    return np.asarray((np.arctan2(v - row, u - column) / (2.0 * np.pi) * _SECTORS) % _SECTORS, dtype=np.int32)
 
 
 def _is_fitting(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32]) -> bool:

@@ -15,7 +15,7 @@ from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import invert
 
 from uncom_perception.exceptions import TableNotFoundError
-from uncom_perception.objects.body import clean_points, geometry
+from uncom_perception.objects.body import clean_points, geometry, support_heights
 from uncom_perception.objects.colour import exposure, name_colours
 from uncom_perception.objects.detector import DepthImage, FloatArray, ObjectDetector, RgbImage, check_images
 from uncom_perception.objects.lexicon import Lexicon, load_lexicon
@@ -25,7 +25,7 @@ from uncom_perception.objects.plane import find_table_plane
 from uncom_perception.objects.scenes import answer, mask_slices
 from uncom_perception.objects.segments import Surfaces
 from uncom_perception.objects.shape import measure
-from uncom_perception.objects.table import Ground, TopDown, find_table, ground_frame, table_pixels
+from uncom_perception.objects.table import TopDown, find_table, ground_frame, table_pixels
 from uncom_perception.objects.things import find_things, hidden_share
 from uncom_perception.types import Geometry, HandsFrame, Mask, Scene, TableSurface
 
@@ -103,35 +103,27 @@ class TabletopDetector(ObjectDetector):
         near, follow = TopDown(outline, _OVERHANG_M), TopDown(outline, _FOLLOW_M)
         masks = find_things(surfaces, on_table, near, follow, hands, camera)
         viewer = ground.project(pose[:3, 3][None])[0].astype(float)
+        clouds = [clean_points(ground_points[box], mask[box]) for mask in masks for box in [mask_slices(mask)]]
+        seen = [(mask, cloud) for mask, cloud in zip(masks, clouds, strict=True) if len(cloud) >= 20]
+        bases = support_heights([cloud for _, cloud in seen])
         gain = exposure(image_rgb)
-        found = [self._described(mask, image_rgb, depth, ground_points, ground, viewer, gain) for mask in masks]
-        return table, [thing for thing in found if thing is not None]
+        found = []
+        for (mask, cloud), base in zip(seen, bases, strict=True):
+            shape = measure(cloud - np.array([0.0, 0.0, base], np.float32), viewer - np.array([0.0, 0.0, base]))
+            size = math.sqrt(shape.length * max(shape.width, shape.height))
+            colours = name_colours(_surface_pixels(image_rgb, mask), gain)
+            thing = self._matcher.describe(shape, colours, size, hidden_share(mask, depth))
+            found.append((mask, geometry(cloud, ground, base), thing))
+        return table, found
 
-    def _described(
-        self,
-        mask: Mask,
-        image_rgb: RgbImage,
-        depth: DepthImage,
-        ground_points: npt.NDArray[np.float32],
-        ground: Ground,
-        viewer: FloatArray,
-        gain: float,
-    ) -> tuple[Mask, Geometry, Thing] | None:
-        box = mask_slices(mask)
-        part, points_part, image_part = mask[box], ground_points[box], image_rgb[box]
-        points = clean_points(points_part, part)
-        if len(points) < 20:
-            return None
-        shape = measure(points, viewer)
-        size = math.sqrt(shape.length * max(shape.width, shape.height))
-        inner = cv2.erode(part.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
-        pixels = image_part[inner if inner.sum() > 30 else part]
-        pixels = pixels[:: max(1, len(pixels) // 4000)]
-        return (
-            mask,
-            geometry(points, ground),
-            self._matcher.describe(shape, name_colours(pixels, gain), size, hidden_share(mask, depth)),
-        )
+
+def _surface_pixels(image_rgb: RgbImage, mask: Mask) -> npt.NDArray[np.uint8]:
+    """Return a thing's pixels (N, 3) without its border, where the background shines through."""
+    box = mask_slices(mask)
+    part = mask[box]
+    inner = cv2.erode(part.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
+    pixels = image_rgb[box][inner if inner.sum() > 30 else part]
+    return np.asarray(pixels[:: max(1, len(pixels) // 4000)])
 
 
 def _moved(points: npt.NDArray[np.float32], pose: FloatArray) -> npt.NDArray[np.float32]:

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Joining the surfaces of one thing that holes in the depth, or its own shape, part in the image."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from uncom_perception.objects.segments import LabelImage, Surfaces, label_boxes
+
+_CELL_M = 0.005
+_FRAGMENT_PIXELS = 90
+_SAME_LEVEL_M = 0.03
+
+
+def join_fragments(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
+    """Join surfaces of one thing that holes or its own shape part in the image: they meet seen from above.
+
+    Front and inner back wall of a cup, say. Only surfaces of alike colour, or small fragments, are joined.
+    """
+    count = int(labels.max())
+    if count < 2:
+        return labels
+    used = labels > 0
+    flat = surfaces.ground_points[used]
+    ids = labels[used]
+    cells = np.round(flat[:, :2] / _CELL_M).astype(np.int64)
+    cells -= cells.min(axis=0)
+    width = int(cells[:, 0].max()) + 3
+    key = (cells[:, 1] + 1) * width + cells[:, 0] + 1
+    colours = _label_colours(surfaces, labels)
+    sizes = np.bincount(ids, minlength=count + 1)[1:]
+    both = key * (count + 1) + ids
+    pairs, place = np.unique(both, return_inverse=True)
+    level = np.bincount(place, weights=flat[:, 2]) / np.bincount(place)
+    contacts = _contacts(pairs // (count + 1), pairs % (count + 1), level, width, count)
+    parent = np.arange(count + 1)
+    order = np.argwhere(np.triu(contacts) >= 2)
+    for i, j in sorted(order.tolist(), key=lambda pair: -int(contacts[pair[0], pair[1]])):
+        small = min(sizes[i - 1], sizes[j - 1]) < _FRAGMENT_PIXELS
+        if small or (_alike(colours[i - 1], colours[j - 1]) and contacts[i, j] >= 4):
+            a, b = _root(parent, i), _root(parent, j)
+            parent[max(a, b)] = min(a, b)
+    roots = np.array([_root(parent, i) for i in range(count + 1)])
+    renumber = np.unique(roots, return_inverse=True)[1].astype(np.int32)
+    return np.asarray(renumber[labels], dtype=np.int32)
+
+
+def _contacts(
+    cells: npt.NDArray[np.int64], ids: npt.NDArray[np.int64], level: npt.NDArray[np.float64], width: int, count: int
+) -> npt.NDArray[np.int32]:
+    """Count the neighbouring cells, seen from above, in which two labels lie at about the same height."""
+    contacts = np.zeros((count + 1, count + 1), np.int32)
+    owner: dict[int, list[tuple[int, float]]] = {}
+    for cell, label, height in zip(cells.tolist(), ids.tolist(), level.tolist(), strict=True):
+        owner.setdefault(cell, []).append((label, height))
+    for cell, here in owner.items():
+        for step in (0, 1, width, width + 1, width - 1):
+            for i, high in here:
+                for j, other in owner.get(cell + step, ()):
+                    if i != j and abs(high - other) < _SAME_LEVEL_M:
+                        contacts[i, j] += 1
+                        contacts[j, i] += 1
+    return contacts
+
+
+def _alike(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> bool:
+    """Whether two Lab colours may be one surface in light and in shade, where chroma shrinks with lightness."""
+    if abs(float(a[0] - b[0])) > 38.0:
+        return False
+    plain = float(np.hypot(*(a[1:] - b[1:])))
+    relative = float(np.hypot(*(a[1:] / (a[0] + 12.0) - b[1:] / (b[0] + 12.0))))
+    return plain < 14.0 or relative < 0.22
+
+
+def join_hollow(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
+    """Join the front of a hollow thing and what is seen of its inside over the rim, where the rim itself was lost.
+
+    Such surfaces border one another in the image, are alike in colour, and together are hardly longer than alone.
+    """
+    boxes = label_boxes(labels)
+    if len(boxes) < 2:
+        return labels
+    kernel = np.ones((9, 9), np.uint8)
+    corners: dict[int, npt.NDArray[np.float32]] = {}
+    parent = np.arange(int(labels.max()) + 1)
+    for i, box in boxes.items():
+        rows = slice(max(0, box[0].start - 5), box[0].stop + 5)
+        columns = slice(max(0, box[1].start - 5), box[1].stop + 5)
+        part = labels[rows, columns]
+        near = cv2.dilate((part == i).astype(np.uint8), kernel).astype(bool)
+        others, counts = np.unique(part[near & (part > 0) & (part != i)], return_counts=True)
+        for j in others[counts >= 25].tolist():
+            if j > i or _root(parent, i) == _root(parent, j):
+                continue
+            facing = (part == i) & cv2.dilate((part == j).astype(np.uint8), kernel).astype(bool)
+            lab = surfaces.lab[rows, columns]
+            if _alike(np.median(lab[facing], axis=0), np.median(lab[near & (part == j)], axis=0)):
+                hulls = [corners.setdefault(k, _hull(surfaces, labels, k, boxes[k])) for k in (i, j)]
+                if _one_body(*hulls):
+                    a, b = _root(parent, i), _root(parent, j)
+                    parent[max(a, b)] = min(a, b)
+    roots = np.array([_root(parent, i) for i in range(len(parent))])
+    return np.asarray(np.unique(roots, return_inverse=True)[1].astype(np.int32)[labels], dtype=np.int32)
+
+
+def _hull(surfaces: Surfaces, labels: LabelImage, label: int, box: tuple[slice, slice]) -> npt.NDArray[np.float32]:
+    flat = surfaces.ground_points[box][labels[box] == label][:, :2]
+    return np.asarray(cv2.convexHull(np.ascontiguousarray(flat, dtype=np.float32))[:, 0], dtype=np.float32)
+
+
+def _one_body(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> bool:
+    """Whether two outlines seen from above are parts of one compact thing."""
+    sides = [cv2.minAreaRect(hull)[1] for hull in (a, b, np.concatenate([a, b]))]
+    longest = max(*sides[0], *sides[1])
+    return bool(max(sides[2]) < 1.15 * longest + 0.006 and min(sides[2]) > 0.5 * min(longest, 0.25))
+
+
+def _label_colours(surfaces: Surfaces, labels: LabelImage) -> npt.NDArray[np.float32]:
+    """Return the median Lab colour of each label from 1 on."""
+    colours = np.zeros((int(labels.max()), 3), np.float32)
+    for label, box in label_boxes(labels).items():
+        own = surfaces.lab[box][labels[box] == label]
+        colours[label - 1] = np.median(own[:: max(1, len(own) // 400)], axis=0)
+    return colours
+
+
+def _root(parent: npt.NDArray[np.int64], i: int) -> int:
+    while parent[i] != i:
+        i = int(parent[i])
+    return i
