@@ -143,13 +143,16 @@ def play(
     rate: float,
     names: Collection[str],
     watch: Callable[[], None] = lambda: None,
+    published: Callable[[BagMessage], None] = lambda _: None,
 ) -> int:
-    """Publish a bag once, at its own pace times `rate`; `watch` is called while waiting. Returns how many messages.
+    """Publish a bag once, at its own pace times `rate`, or slower. Returns how many messages.
+
+    `watch` is called while waiting, and `published` after each message: time stands still until it returns.
 
     Raises:
         BagError: the bag is damaged from its first message on.
     """
-    begin = time.monotonic()
+    begin = time.monotonic()  # moved on while time stands still
     start_ns = bag.start_ns
     count = 0
     for message in bag.messages(names):
@@ -165,4 +168,7 @@ def play(
         node.tell_time(message.time_ns)
         node.publish(message)
         count += 1
+        paused = time.monotonic()
+        published(message)
+        begin += time.monotonic() - paused
     return count

@@ -21,7 +21,7 @@ from uncom_common.conversions import seconds_from_msg, time_to_msg
 
 from uncom_bringup import artifacts, progress, summary, topics
 from uncom_bringup import run_record as kinds
-from uncom_bringup.bag_reader import BagReader
+from uncom_bringup.bag_reader import BagMessage, BagReader
 from uncom_bringup.completion import waiting_for
 from uncom_bringup.domain import DomainClaim
 from uncom_bringup.exceptions import BagError, GraphError
@@ -33,7 +33,10 @@ from uncom_bringup.run_record import STATUS_GROUNDED, Event, RunRecord
 
 _START_TIMEOUT_S = 90.0
 _ANSWER_TIMEOUT_S = 30.0
+_HANDS_TIMEOUT_S = 5.0
 _SILENCE_S = 0.05
+_DEPTH_LATER_NS = 60_000_000
+_NEVER_NS = 2**63
 _PICTURES = (topics.RGB.name, topics.RGB.stored_name)
 
 
@@ -86,7 +89,10 @@ class _Session:
         rclpy.init(context=self._context, domain_id=domain)
         self._player = PlayerNode(chosen_topics(bag, ()), clock=True, context=self._context)
         clock = [Parameter("use_sim_time", value=True)]
-        self._monitor = MonitorNode(tell, keep_camera=False, context=self._context, parameter_overrides=clock)
+        self._tell = tell
+        self._hands_s = self._picture_s = 0.0
+        self._due_ns = _NEVER_NS
+        self._monitor = MonitorNode(self._hear, keep_camera=False, context=self._context, parameter_overrides=clock)
         self._silence = self._player.create_publisher(AudioDataStamped, topics.AUDIO.name, 500)
 
     def run(self, graph: GraphProcesses, rate: float, say: Callable[[str], None]) -> RunRecord:
@@ -97,7 +103,7 @@ class _Session:
         try:
             self._wait_until_up(graph)
             say(progress.head("playing", f"{self._bag.duration_s:.1f} s at rate {rate:g}"))
-            play(self._bag, self._player, rate, self._player.published_topics, graph.check)
+            play(self._bag, self._player, rate, self._player.published_topics, graph.check, self._wait_for_hands)
             self._wait_for_answers(graph, rate)
             return self._monitor.record()
         finally:
@@ -128,6 +134,29 @@ class _Session:
                     "the graph", f"is not up after {_START_TIMEOUT_S:.0f} s; missing: {', '.join(missing)}"
                 )
             time.sleep(0.05)
+
+    def _wait_for_hands(self, message: BagMessage) -> None:
+        """Hold time until a picture was searched for hands: on a slow machine none may be left out.
+
+        The search needs what belongs to the picture, so a little time must pass after it: its depth comes later.
+        """
+        if message.time_ns > self._due_ns:
+            deadline = time.monotonic() + _HANDS_TIMEOUT_S
+            while self._hands_s < self._picture_s - 1e-6 and time.monotonic() < deadline:
+                time.sleep(0.001)
+            self._due_ns = _NEVER_NS
+        if message.topic.name in _PICTURES:
+            self._picture_s = self._stamp_s(message)
+            self._due_ns = message.time_ns + _DEPTH_LATER_NS
+
+    def _stamp_s(self, message: BagMessage) -> float:
+        stamp = self._bag.deserialise(message).header.stamp
+        return float(stamp.sec) + 1e-9 * float(stamp.nanosec)
+
+    def _hear(self, event: Event) -> None:
+        if event.kind == kinds.HANDS:
+            self._hands_s = event.stamp_s
+        self._tell(event)
 
     def _wait_for_answers(self, graph: GraphProcesses, rate: float) -> None:
         """Let time go on, in silence, until everything heard is answered: the last word needs its end."""
