@@ -35,7 +35,7 @@ def clean_points(ground_points: PointImage, mask: Mask) -> npt.NDArray[np.float3
 
 
 def support_heights(clouds: Sequence[npt.NDArray[np.float32]]) -> list[float]:
-    """Return at what height each thing (points (N, 3) on the ground) stands: 0, or the floor of what it lies in or on."""
+    """Return the height at which each thing (points (N, 3)) stands: 0, or the floor of what it lies in or on."""
     hulls = [cv2.convexHull(np.ascontiguousarray(cloud[:, :2])) for cloud in clouds]
     areas = [cv2.contourArea(hull) for hull in hulls]
     floors = [float(np.percentile(cloud[:, 2], 5)) for cloud in clouds]
@@ -52,7 +52,8 @@ def support_heights(clouds: Sequence[npt.NDArray[np.float32]]) -> list[float]:
 def geometry(ground_points: npt.NDArray[np.float32], ground: Ground, base_m: float = 0.0) -> Geometry:
     """Return cloud, oriented box and centroid in the frame that the ground lies in.
 
-    The box is turned about the ground's vertical only and stands at base_m above the ground; its first axis is the longer one.
+    The box is turned about the ground's vertical only and stands at base_m above the ground; its first axis is the
+    longer one.
     The centroid is the box's centre, which one-sided views shift less than the mean of the visible points.
     """
     voxels = np.unique(_cell_keys(ground_points, _VOXEL_M), return_index=True)[1]

@@ -12,6 +12,7 @@ from uncom_perception.objects.segments import LabelImage, Surfaces, label_boxes
 _CELL_M = 0.005
 _FRAGMENT_PIXELS = 90
 _SAME_LEVEL_M = 0.03
+_HANDLE_GAP_M = 0.02
 
 
 def join_fragments(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
@@ -91,10 +92,17 @@ def join_hollow(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
         part = labels[rows, columns]
         near = cv2.dilate((part == i).astype(np.uint8), kernel).astype(bool)
         others, counts = np.unique(part[near & (part > 0) & (part != i)], return_counts=True)
-        for j in others[counts >= 25].tolist():
+        for j in others[counts >= 12].tolist():
             if j > i or _root(parent, i) == _root(parent, j):
                 continue
             facing = (part == i) & cv2.dilate((part == j).astype(np.uint8), kernel).astype(bool)
+            seen = surfaces.ground_points[rows, columns]
+            gap = np.linalg.norm(seen[facing].mean(axis=0) - seen[near & (part == j)].mean(axis=0))
+            clouds = [surfaces.ground_points[boxes[k]][labels[boxes[k]] == k] for k in (i, j)]
+            if gap < _HANDLE_GAP_M and (is_handle(*clouds) or is_handle(*clouds[::-1])):
+                a, b = _root(parent, i), _root(parent, j)
+                parent[max(a, b)] = min(a, b)
+                continue
             lab = surfaces.lab[rows, columns]
             if _alike(np.median(lab[facing], axis=0), np.median(lab[near & (part == j)], axis=0)):
                 hulls = [corners.setdefault(k, _hull(surfaces, labels, k, boxes[k])) for k in (i, j)]
@@ -103,6 +111,19 @@ def join_hollow(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
                     parent[max(a, b)] = min(a, b)
     roots = np.array([_root(parent, i) for i in range(len(parent))])
     return np.asarray(np.unique(roots, return_inverse=True)[1].astype(np.int32)[labels], dtype=np.int32)
+
+
+def is_handle(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32]) -> bool:
+    """Whether points (N, 3) are a long thin part in the air, which the thing beside it must hold."""
+    if float(np.percentile(mine[:, 2], 5)) < 0.02 or len(theirs) < 2 * len(mine):
+        return False
+    width, length = sorted(cv2.minAreaRect(cv2.convexHull(np.ascontiguousarray(mine[:, :2])))[1])
+    hull = cv2.convexHull(np.ascontiguousarray(theirs[:, :2]))
+    middle = mine[:, :2].mean(axis=0)
+    if width > 0.05 or length < 2.0 * width or np.percentile(mine[:, 2], 95) > 0.12:
+        return False
+    gap = -cv2.pointPolygonTest(hull, (float(middle[0]), float(middle[1])), True)
+    return bool(0.0 < gap < 0.5 * length + 0.03)
 
 
 def _hull(surfaces: Surfaces, labels: LabelImage, label: int, box: tuple[slice, slice]) -> npt.NDArray[np.float32]:

@@ -168,7 +168,9 @@ def _cavity(footprint: Footprint, body: npt.NDArray[np.uint8], height: float) ->
     low = seen & middle & (heights < rim - max(0.003, 0.12 * height))
     hollow = float((low.sum() + (middle & ~seen).sum()) / middle.sum())
     inner = heights[seen & (share < 0.9)]
-    depth = rim - float(np.percentile(inner, 5)) if len(inner) else 0.6 * height
+    depth = rim - float(np.percentile(inner, 5)) if len(inner) else 0.0
+    if (middle & ~seen).sum() > 0.5 * middle.sum():
+        depth = max(depth, 0.7 * height)  # so deep that the rim hides the floor
     return hollow, float(np.clip(depth / max(height, 1e-3), 0.0, 1.0)) if hollow > 0.1 else 0.0
 
 

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.objects.joining import is_handle
 from uncom_perception.objects.segments import LabelImage, Surfaces, connected, label_boxes
 from uncom_perception.types import Mask
 
@@ -148,17 +149,11 @@ def _sectors(shape: tuple[int, ...], row: float, column: float) -> npt.NDArray[n
 
 def _is_fitting(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32]) -> bool:
     """Whether a patch is a small top of another (cap, lid, stem) or a thin part held in the air by it (handle)."""
-    sides = cv2.minAreaRect(cv2.convexHull(np.ascontiguousarray(mine[:, :2])))[1]
-    width, length = min(sides), max(sides)
+    length = max(cv2.minAreaRect(cv2.convexHull(np.ascontiguousarray(mine[:, :2])))[1])
     low = float(np.percentile(mine[:, 2], 5))
     if low > np.percentile(theirs[:, 2], 80) and length < _SMALL_TOP_M:
         return True
-    hull = cv2.convexHull(np.ascontiguousarray(theirs[:, :2]))[:, None] if len(theirs) > 3 else None
-    middle = mine[:, :2].mean(axis=0)
-    outside = (
-        hull is None or cv2.pointPolygonTest(hull.reshape(-1, 1, 2), (float(middle[0]), float(middle[1])), False) < 0
-    )
-    return bool(low > 0.012 and outside and width < 0.05 and length > 2.0 * width)
+    return is_handle(mine, theirs)
 
 
 def _join(parent: npt.NDArray[np.int64], i: int, j: int) -> None:
