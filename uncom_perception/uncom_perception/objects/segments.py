@@ -54,7 +54,8 @@ def foreground(surfaces: Surfaces, on_table: Mask, near: TopDown) -> Mask:
     # A pixel beside a tall thing is lifted by the average, not by itself: it must be up there, too.
     with np.errstate(invalid="ignore"):
         above = (wide > low) & (narrow > 0.6 * low) & (clipped > 0.5 * wide) & (height < _MAX_HEIGHT_M)
-    return np.asarray(above & near.inside(surfaces.ground_points[..., :2]))
+    above[above] = near.inside(surfaces.ground_points[above][:, :2])
+    return np.asarray(above)
 
 
 def connected(surfaces: Surfaces, pixels: Mask) -> LabelImage:

@@ -27,7 +27,6 @@ _REACH = 6  # pixels from the border to where surfaces are compared
 
 def split_touching(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
     """Return labels in which differently coloured things that meet in a fold have labels of their own."""
-    normals: npt.NDArray[np.float32] | None = None
     result = labels.copy()
     following = int(labels.max()) + 1
     for label, box in label_boxes(labels).items():
@@ -38,9 +37,7 @@ def split_touching(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
         patches = _patches(part, own)
         if patches.max() < 2:
             continue
-        if normals is None:
-            normals = _normals(surfaces.ground_points)
-        groups = _grouped(part, normals[box], patches)
+        groups = _grouped(part, _normals(part.ground_points), patches)
         for group in range(1, int(groups.max()) + 1):
             result[box][own & (groups == group)] = following
             following += 1

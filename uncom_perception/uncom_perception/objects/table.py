@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import numpy.typing as npt
+import shapely
 from shapely.geometry import Polygon
 from shapely.geometry import box as shapely_box
 from uncom_common.camera import PinholeCamera
@@ -103,7 +104,7 @@ def _contradicted(
     s = (np.arange(50) + 0.5) / 50.0
     grid = origin + s[:, None, None] * a + s[None, :, None] * b
     flat = grid.reshape(-1, 2)
-    outside = np.array([cv2.pointPolygonTest(hull[:, None], (float(x), float(y)), True) < -0.01 for x, y in flat])
+    outside = ~shapely.contains_xy(Polygon(hull).buffer(0.01), flat[:, 0], flat[:, 1])
     if outside.mean() > 0.35:
         return True
     frame = apply(invert(ground.to_ground), np.column_stack([flat[outside], np.zeros(outside.sum())]))

@@ -31,6 +31,7 @@ from uncom_perception.types import Geometry, HandsFrame, Mask, Scene, TableSurfa
 
 _OVERHANG_M = 0.03
 _FOLLOW_M = 0.25
+_HIDDEN_IN_THINGS = 0.6
 
 
 class TabletopDetector(ObjectDetector):
@@ -112,7 +113,9 @@ class TabletopDetector(ObjectDetector):
             shape = measure(cloud - np.array([0.0, 0.0, base], np.float32), viewer - np.array([0.0, 0.0, base]))
             size = math.sqrt(shape.length * max(shape.width, shape.height))
             colours = name_colours(_surface_pixels(image_rgb, mask), gain)
-            thing = self._matcher.describe(shape, colours, size, hidden_share(mask, depth))
+            # What lies in a thing is partly hidden by it, and may lean.
+            hidden = max(hidden_share(mask, depth), _HIDDEN_IN_THINGS if base > 0.0 else 0.0)
+            thing = self._matcher.describe(shape, colours, size, hidden)
             found.append((mask, geometry(cloud, ground, base), thing))
         return table, found
 

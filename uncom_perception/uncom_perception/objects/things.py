@@ -35,7 +35,8 @@ def find_things(
     labels = connected(surfaces, pixels)
     labels = split_touching(surfaces, _without_specks(labels))
     labels = join_hollow(surfaces, join_fragments(surfaces, labels))
-    inside = table.inside(surfaces.ground_points[..., :2])
+    inside = np.zeros(labels.shape, dtype=bool)
+    inside[labels > 0] = table.inside(surfaces.ground_points[labels > 0][:, :2])
     boxes = label_boxes(labels)
     masks = []
     for label, box in boxes.items():
