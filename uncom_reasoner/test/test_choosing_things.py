@@ -54,6 +54,15 @@ def test_two_alike_and_no_gesture_is_said_and_not_guessed():
     assert g.reason == "I could not tell which lemon you mean: there are two."
 
 
+def test_a_comparison_that_is_not_spatial_is_refused_in_words():
+    """ "The one with the same colour as this" is parsed, but its relation is not one of places."""
+    anchor = reference("bowl", 0.5, 0.9)
+    cmd = command(reference("lemon", 0, 0.4, anchor=anchor, anchor_relation="same_colour"))
+    g = ground(evidence(cmd, LEMONS)).grounded
+    assert g.status is Status.FAILED
+    assert "same colour as the bowl" in g.reason
+
+
 def test_any_of_two_alike_will_do_if_the_speaker_says_so():
     cmd = command(reference("lemon", 0, 1), text="take a lemon")
     assert any_will_do(cmd.object, cmd)

@@ -17,6 +17,7 @@ from uncom_language.types import Primitive, Reference, Relation, Span
 from uncom_perception.types import Detection
 
 from uncom_reasoner.context import Context
+from uncom_reasoner.exceptions import NotSupportedError
 from uncom_reasoner.phrases import (
     CONTAINER,
     OBJECTS,
@@ -33,6 +34,8 @@ from uncom_reasoner.rays import phrase_ray, phrase_span
 from uncom_reasoner.relations import relation_log
 from uncom_reasoner.surface import centre_of
 from uncom_reasoner.types import Candidate, Factor, FloatArray, PhraseRay
+
+_SPATIAL = frozenset(relation.value for relation in Relation)  # comparisons hang on anchors as well
 
 LEAST = 1e-6
 KIND_SHARE = 0.2  # things whose score is this share of the best are of the kind that is compared
@@ -131,6 +134,9 @@ def _add_anchor(query: Query, context: Context, terms: dict[str, dict[str, float
     reference = query.reference
     if reference.anchor is None or not reference.anchor_relation:
         return
+    if reference.anchor_relation not in _SPATIAL:
+        words = reference.anchor_relation.replace("_", " ")
+        raise NotSupportedError(f"I cannot compare things yet ({words} as the {reference.anchor.text}).")
     relation = Relation(reference.anchor_relation)
     anchors = weigh(Query(reference.anchor, anchor_gesture(reference.anchor, context)), context)
     for thing_id, factors in terms.items():
