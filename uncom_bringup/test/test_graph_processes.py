@@ -102,6 +102,12 @@ def test_the_users_domain_is_taken_as_it_is():
         assert one.domain == other.domain == 42
 
 
+@pytest.mark.parametrize("text", ["abc", "-1", "233", "1.5"])
+def test_a_domain_id_that_is_none_is_told(text):
+    with pytest.raises(BadInputError, match="ROS_DOMAIN_ID"):
+        DomainClaim(text)
+
+
 @pytest.mark.parametrize("spec", SIX_NODES, ids=lambda spec: spec.name)
 def test_a_shipped_parameter_file_names_only_what_the_node_has(spec):
     config = node_class(spec).__orig_bases__[0].__args__[0]

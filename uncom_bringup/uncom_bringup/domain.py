@@ -17,12 +17,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from uncom_bringup.exceptions import NoFreeDomainError
+from uncom_bringup.exceptions import BadInputError, NoFreeDomainError
 
 _LOG = logging.getLogger(__name__)
 
 # Above 101 the ports reach into the range that Linux hands out by itself.
 _DOMAINS = range(1, 102)
+_HIGHEST = 232
 _PARTICIPANTS = 6
 
 
@@ -36,17 +37,29 @@ def _in_use(domain: int) -> bool:
     return False
 
 
+def domain_from_text(text: str) -> int:
+    """Read a domain id as ROS_DOMAIN_ID gives it.
+
+    Raises:
+        BadInputError: it is not a number from 0 to 232.
+    """
+    if not text.strip().isdecimal() or int(text) > _HIGHEST:
+        raise BadInputError(f"ROS_DOMAIN_ID is {text!r}; it must be a number from 0 to {_HIGHEST}")
+    return int(text)
+
+
 class DomainClaim:
     """Holds a domain id until closed: the one the user set, or a free one.
 
     Raises:
         NoFreeDomainError: no id is free.
+        BadInputError: the wanted one is not an id.
     """
 
     def __init__(self, wanted: str | None = None) -> None:
         """Claim `wanted` (as ROS_DOMAIN_ID says it) as it is, or find a free id if it is None or empty."""
         self._lock: int | None = None
-        self.domain = int(wanted) if wanted else self._find()
+        self.domain = domain_from_text(wanted) if wanted else self._find()
 
     def _find(self) -> int:
         candidates = list(_DOMAINS)

@@ -13,6 +13,7 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
 from uncom_bringup import output, progress
+from uncom_bringup.domain import domain_from_text
 from uncom_bringup.exceptions import BadInputError
 from uncom_bringup.graph import DRIVER, SIX_NODES, GraphProcesses, ParameterValue
 from uncom_bringup.monitor_node import MonitorNode
@@ -60,7 +61,7 @@ def stay(
     """
     if not sim and (scenario or scene or start):
         raise BadInputError("--scenario, --scene and --start go with --sim")
-    domain = int(os.environ.get("ROS_DOMAIN_ID") or 0)
+    domain = domain_from_text(os.environ.get("ROS_DOMAIN_ID") or "0")
     with GraphProcesses(log_dir, domain, parameter_files) as graph:
         if sim:
             graph.start(DRIVER, driver_parameters(scenario, scene, seed))
