@@ -55,7 +55,8 @@ def ground(
         thing_choice = _find_object(command, object_ray, context)
     except CannotGroundError as error:
         candidates = error.candidates if isinstance(error, UnsettledError) else ()
-        candidates = candidates or _object_candidates(command, object_ray, context)
+        if not candidates and not isinstance(error, NotSupportedError):
+            candidates = _object_candidates(command, object_ray, context)
         return _decision(command, context, (object_ray, target_ray), error, candidates=candidates)
     thing = context.thing(thing_choice.chosen)
     if command.target is None and (command.primitive in WITHOUT_TARGET or command.relation is Relation.NONE):
