@@ -40,13 +40,16 @@ def ground(
     placing: PlacingConfig | None = None,
     memory: Memory | None = None,
 ) -> Decision:
-    """Ground a command (Act.COMMAND). Never raises for what a person says or shows: the status and reason tell.
+    """Ground a command (Act.COMMAND). What a person says or shows wrongly is told by status and reason.
 
     Args:
         evidence: command, scene (detected with `phrases.phrases_of(command)`), camera and rays (`rays.observe`).
         weights: of the posterior; None: the shipped ones.
         placing: how places are chosen; None: the defaults.
         memory: of what was spoken of before.
+
+    Raises:
+        NotSupportedError: a thing is located by comparing it with another ("with the same colour as this").
     """
     context = context_of(evidence, weights or load_weights(), placing or PlacingConfig(), memory or Memory())
     command = evidence.command
@@ -55,8 +58,7 @@ def ground(
         thing_choice = _find_object(command, object_ray, context)
     except CannotGroundError as error:
         candidates = error.candidates if isinstance(error, UnsettledError) else ()
-        if not candidates and not isinstance(error, NotSupportedError):
-            candidates = _object_candidates(command, object_ray, context)
+        candidates = candidates or _object_candidates(command, object_ray, context)
         return _decision(command, context, (object_ray, target_ray), error, candidates=candidates)
     thing = context.thing(thing_choice.chosen)
     if command.target is None and (command.primitive in WITHOUT_TARGET or command.relation is Relation.NONE):

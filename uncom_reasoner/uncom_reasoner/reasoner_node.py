@@ -41,6 +41,7 @@ from uncom_interfaces.srv import Detect
 from uncom_reasoner.annotate import annotate
 from uncom_reasoner.config import ReasonerConfig
 from uncom_reasoner.conversions import explanation_to_msg, grounded_command_to_msg
+from uncom_reasoner.exceptions import NotSupportedError
 from uncom_reasoner.explanation import explain
 from uncom_reasoner.grounding import failed, ground
 from uncom_reasoner.job import Job, Stage, hands_complete, object_end, target_end
@@ -204,6 +205,8 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
                 self._give_up(job, f"I cannot look at the table: {why}")
                 return
             self._ground(job, response)
+        except NotSupportedError as error:
+            self._give_up(job, str(error))
         except Exception as error:  # noqa: BLE001 (whatever goes wrong with one command, the next one must work)
             self.get_logger().error(f"deciding on {job.command.text!r} failed: {error!r}")
             self._give_up(job, "Something went wrong while I thought about it. Please say it again.")
