@@ -125,6 +125,8 @@ def test_failure_is_the_reason_of_the_last_stage_that_spoke():
     assert summary.failure(refused) == "no lemon"
     dropped = RunRecord((transcript(), command(), grounded(), stage(12, "FAILED", 30.0, detail="dropped it")))
     assert summary.failure(dropped) == "dropped it"
+    idle_again = RunRecord((*dropped.events, stage(0, "IDLE", 31.0)))
+    assert summary.failure(idle_again) == "dropped it"
     assert summary.failure(RunRecord(tuple(whole_run()))) is None
 
 

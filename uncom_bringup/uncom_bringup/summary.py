@@ -55,7 +55,8 @@ def _point(point: Mapping[str, Any]) -> list[float]:
 
 def failure(record: RunRecord) -> str | None:
     """Return in words why nothing came of the run, or None if a command was grounded and its execution did not fail."""
-    execution = record.last(kinds.EXECUTION)
+    # A robot that is idle again says so after it has said how it ended.
+    execution = next((e for e in reversed(record.of(kinds.EXECUTION)) if e.data["stage"] != STAGE_IDLE), None)
     if execution is not None and execution.data["stage"] in (kinds.STAGE_FAILED, kinds.STAGE_STOPPED):
         return str(execution.data["detail"]) or f"execution ended as {execution.data['stage_name']}"
     grounded = record.last(kinds.GROUNDED)

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from control_msgs.action import FollowJointTrajectory
 from geometry_msgs.msg import TransformStamped
-from rclpy.action import ActionClient
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -25,6 +24,7 @@ from uncom_interfaces.srv import Detect
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.conversions import goal_to_msg
 from uncom_tiago_exec.exceptions import MotionError, StoppedError
+from uncom_tiago_exec.patient_client_node import PatientActionClient
 from uncom_tiago_exec.robot_interface import RobotInterface
 from uncom_tiago_exec.robot_model import HEAD_JOINTS, TORSO_JOINT, arm_joints, finger_joints
 from uncom_tiago_exec.types import SIDES, Side, Trajectory
@@ -58,7 +58,7 @@ class RosRobot(RobotInterface):
         self._images: dict[str, Any] = {}
         self._tree = TransformBuffer()
         self._clients = {
-            name: ActionClient(
+            name: PatientActionClient(
                 node, FollowJointTrajectory, f"/{name}/follow_joint_trajectory", callback_group=self._group
             )
             for name in CONTROLLERS
