@@ -84,21 +84,31 @@ def reference_to_msg(reference: Reference | None, anchors: list[ReferenceMsg]) -
         order=reference.order,
         anchor_relation=reference.anchor_relation,
         anchor=-1,
+        excluded_modifiers=list(reference.excluded_modifiers),
+        ordinal=reference.ordinal,
+        ordinal_side=reference.ordinal_side,
+        comparison=reference.comparison,
+        compared_to=-1,
+        heard=reference.heard,
     )
     if reference.anchor is not None:
-        anchor = reference_to_msg(reference.anchor, anchors)
-        anchors.append(anchor)
-        msg.anchor = len(anchors) - 1
+        msg.anchor = _append(reference.anchor, anchors)
+    if reference.compared_to is not None:
+        msg.compared_to = _append(reference.compared_to, anchors)
     return msg
+
+
+def _append(reference: Reference, anchors: list[ReferenceMsg]) -> int:
+    """Write a reference behind those that it needs itself; return its index."""
+    msg = reference_to_msg(reference, anchors)
+    anchors.append(msg)
+    return len(anchors) - 1
 
 
 def reference_from_msg(msg: ReferenceMsg, anchors: Sequence[ReferenceMsg]) -> Reference | None:
     """Read a reference with the things that locate it; None if it is not present."""
     if not msg.present:
         return None
-    index = int(msg.anchor)
-    # An anchor's own anchor always has a smaller index, so this ends.
-    anchor = reference_from_msg(anchors[index], anchors[:index]) if 0 <= index < len(anchors) else None
     deictic_span = Span(seconds_from_msg(msg.deictic_start), seconds_from_msg(msg.deictic_end))
     return Reference(
         text=msg.text,
@@ -113,8 +123,19 @@ def reference_from_msg(msg: ReferenceMsg, anchors: Sequence[ReferenceMsg]) -> Re
         quantity=int(msg.quantity),
         order=int(msg.order),
         anchor_relation=msg.anchor_relation,
-        anchor=anchor,
+        anchor=_at(int(msg.anchor), anchors),
+        excluded_modifiers=tuple(msg.excluded_modifiers),
+        ordinal=int(msg.ordinal),
+        ordinal_side=msg.ordinal_side,
+        comparison=msg.comparison,
+        compared_to=_at(int(msg.compared_to), anchors),
+        heard=msg.heard,
     )
+
+
+def _at(index: int, anchors: Sequence[ReferenceMsg]) -> Reference | None:
+    """Read the anchor of an index; its own anchors always have smaller ones, so this ends."""
+    return reference_from_msg(anchors[index], anchors[:index]) if 0 <= index < len(anchors) else None
 
 
 def command_to_msg(command: Command, stamp_s: float) -> CommandMsg:
@@ -138,13 +159,15 @@ def command_to_msg(command: Command, stamp_s: float) -> CommandMsg:
         reference2=reference_to_msg(command.reference2, anchors),
         relation=command.relation.value,
         backend=command.backend,
+        distance_m=float(command.distance_m),
+        notes=list(command.notes),
     )
     msg.anchors = anchors
     return msg
 
 
 def command_from_msg(msg: CommandMsg) -> Command:
-    """Read a command; notes are not carried by the message."""
+    """Read a command."""
     anchors = list(msg.anchors)
     span = Span(seconds_from_msg(msg.action_start), seconds_from_msg(msg.action_end))
     return Command(
@@ -162,6 +185,8 @@ def command_from_msg(msg: CommandMsg) -> Command:
         index=int(msg.index),
         count=int(msg.count),
         backend=msg.backend,
+        notes=tuple(msg.notes),
+        distance_m=round(float(msg.distance_m), 6),  # float32 on the wire
     )
 
 
