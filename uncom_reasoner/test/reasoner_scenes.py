@@ -88,6 +88,8 @@ def fits(phrase: str, thing: Thing) -> float:
     words = phrase.split()
     if phrase == OBJECTS or words[-1] == "object":
         match = 1.0
+    elif phrase in ("red", "green", "blue", "yellow"):
+        match = 1.0 if thing.colour == phrase else 0.01
     elif phrase == CONTAINER:
         match = 1.0 if thing.kind in CONTAINERS else 0.02
     elif words[-1] == "fruit":

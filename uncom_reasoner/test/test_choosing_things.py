@@ -18,7 +18,6 @@ from reasoner_scenes import (
     reference,
 )
 from uncom_language.types import Primitive, Relation, Span
-from uncom_reasoner.exceptions import NotSupportedError
 from uncom_reasoner.grounding import ground
 from uncom_reasoner.memory import Memory
 from uncom_reasoner.phrases import any_will_do, detector_phrase, phrases_of
@@ -53,14 +52,6 @@ def test_two_alike_and_no_gesture_is_said_and_not_guessed():
     g = ground(evidence(command(reference("lemon", 0, 1)), LEMONS)).grounded
     assert g.status is Status.AMBIGUOUS
     assert g.reason == "I could not tell which lemon you mean: there are two."
-
-
-def test_a_comparison_that_is_not_spatial_is_refused_in_words():
-    """ "The one with the same colour as this" is parsed, but its relation is not one of places."""
-    anchor = reference("bowl", 0.5, 0.9)
-    cmd = command(reference("lemon", 0, 0.4, anchor=anchor, anchor_relation="same_colour"))
-    with pytest.raises(NotSupportedError, match="same colour as the bowl"):
-        ground(evidence(cmd, LEMONS))
 
 
 def test_any_of_two_alike_will_do_if_the_speaker_says_so():
@@ -211,11 +202,6 @@ def test_a_resolved_pronoun_does_not_look_back():
     memory = Memory("bowl", first.object, (first.object.geometry.centroid,))
     noun = reference("blue bowl", 0, 1, anaphoric=True)
     assert ground(evidence(command(noun), LEMONS), memory=memory).grounded.object.id == "bowl_2"
-
-
-def test_several_things_at_once_are_refused_in_words():
-    g = ground(evidence(command(reference("lemons", 0, 1, head="lemon", quantity=2)), LEMONS)).grounded
-    assert g.reason == "I can take only one thing at a time. Please name one."
 
 
 def test_nothing_at_all_on_the_table_is_no_crash():

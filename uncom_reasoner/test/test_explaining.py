@@ -22,7 +22,8 @@ from uncom_reasoner.conversions import (
 )
 from uncom_reasoner.exceptions import InvalidGroundingError, InvalidWeightsError
 from uncom_reasoner.explanation import explain
-from uncom_reasoner.grounding import failed, ground
+from uncom_reasoner.decisions import failed
+from uncom_reasoner.grounding import ground
 from uncom_reasoner.types import Decision, Status, TargetKind, View
 from uncom_reasoner.weights import Weights, load_weights
 from uncom_reasoner.wording import sentence

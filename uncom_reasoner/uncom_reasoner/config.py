@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 
 from uncom_common.exceptions import InvalidConfigError
 
+PERSPECTIVES = ("robot", "speaker")
+
 
 @dataclass(frozen=True, slots=True)
 class PlacingConfig:
@@ -20,15 +22,22 @@ class PlacingConfig:
     shoulder_y_m: float = 0.19
     base_frame: str = "base_footprint"
     perspective: str = "robot"
+    perspective_prior: float = 0.9
 
     def __post_init__(self) -> None:
         """Reject unusable values."""
-        if self.perspective not in ("robot", "speaker"):
-            raise InvalidConfigError("perspective", self.perspective, "choose robot or speaker")
+        if self.perspective not in PERSPECTIVES:
+            raise InvalidConfigError("perspective", self.perspective, f"choose {' or '.join(PERSPECTIVES)}")
+        if not 0.0 <= self.perspective_prior <= 1.0:
+            raise InvalidConfigError("perspective_prior", self.perspective_prior, "use a probability from 0 to 1")
         if not 0.02 <= self.cell_m <= 0.3:
             raise InvalidConfigError("cell_m", self.cell_m, "use a size between 0.02 and 0.3 m")
         if not 0.0 <= self.reach_min_m < self.reach_max_m:
             raise InvalidConfigError("reach_max_m", self.reach_max_m, "must be greater than reach_min_m")
+
+    def prior_of(self, side: str) -> float:
+        """Return how likely left and right are meant from a side."""
+        return self.perspective_prior if side == self.perspective else 1.0 - self.perspective_prior
 
 
 @dataclass(frozen=True)
@@ -38,6 +47,9 @@ class ReasonerConfig:
     base_frame: str = field(default="base_footprint", metadata={"description": "frame of grounded commands"})
     weights_file: str = field(default="", metadata={"description": "YAML of the posterior's weights; empty: shipped"})
     perspective: str = field(default="robot", metadata={"description": "whose left and right: robot or speaker"})
+    perspective_prior: float = field(
+        default=0.9, metadata={"description": "how likely that is meant, 0 to 1; near 0.5: asks where sides differ"}
+    )
     reliable_images: bool = field(
         default=True, metadata={"description": "reliable image subscriptions; else best effort"}
     )
@@ -77,4 +89,5 @@ class ReasonerConfig:
             reach_min_m=self.reach_min_m,
             base_frame=self.base_frame,
             perspective=self.perspective,
+            perspective_prior=self.perspective_prior,
         )

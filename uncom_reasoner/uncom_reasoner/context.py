@@ -70,6 +70,6 @@ def context_of(evidence: Evidence, weights: Weights, placing: PlacingConfig, mem
         placing=placing,
         memory=memory,
         surface=surface,
-        footprints={d.id: footprint(d, surface) for d in evidence.scene.detections},
+        footprints={d.id: footprint(d, surface) for d in evidence.scene.detections} | dict(evidence.given.moved),
         dwells=dwells_of(evidence.rays, weights),
     )

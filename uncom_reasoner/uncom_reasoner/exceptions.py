@@ -44,9 +44,10 @@ class NothingSeenError(UnsettledError):
 class AmbiguousError(UnsettledError):
     """Several things or places fit about equally; `choices` are the ids of those that are too close."""
 
-    def __init__(self, reason: str, candidates: Sequence[Candidate], choices: tuple[str, ...]) -> None:
-        """Keep what was weighed and the ids that were too close to choose from."""
+    def __init__(self, reason: str, candidates: Sequence[Candidate], choices: tuple[str, ...], part: str = "") -> None:
+        """Keep what was weighed, the ids that were too close to choose from, and the part it was ("": to be told)."""
         self.choices = choices
+        self.part = part
         super().__init__(reason, candidates)
 
 

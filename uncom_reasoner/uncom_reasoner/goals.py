@@ -47,6 +47,17 @@ def pointed_cost(point: TablePoint, surface: Surface) -> Cost:
     return cost
 
 
+def exact_cost(goal: FloatArray, surface: Surface, farthest: float = 0.08) -> Cost:
+    """Cost of the distance from one place; farther than `farthest` (plane units) fails."""
+    unit = surface.unit
+
+    def cost(points: FloatArray, moved: FloatArray) -> FloatArray:  # noqa: ARG001
+        distance = np.linalg.norm(points - goal, axis=1)
+        return np.asarray(np.where(distance <= farthest, (distance / unit / 0.02) ** 2, np.inf))
+
+    return cost
+
+
 def related_cost(goal: RelationGoal, point: TablePoint | None) -> Cost:
     """Cost of a relation; a gesture beside the reference says which side or distance is meant."""
     unit = goal.surface.unit

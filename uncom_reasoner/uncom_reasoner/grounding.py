@@ -5,33 +5,24 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-from uncom_language.types import Command, Primitive, Relation
-from uncom_perception.types import Detection
+from shapely import transform
+from shapely.geometry import Polygon
+from uncom_language.types import Command, Primitive, Reference, Relation
 
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.context import Context, context_of
-from uncom_reasoner.exceptions import AmbiguousError, CannotGroundError, NotSupportedError, UnsettledError
+from uncom_reasoner.decisions import decision_of
+from uncom_reasoner.exceptions import CannotGroundError
+from uncom_reasoner.groups import members
 from uncom_reasoner.memory import Memory
-from uncom_reasoner.phrases import any_will_do, is_bare, is_pronoun
-from uncom_reasoner.posterior import NONE, settle
-from uncom_reasoner.rays import phrase_span
-from uncom_reasoner.targets import TargetResult, resolve_target
-from uncom_reasoner.things import Query, gesture, weigh
-from uncom_reasoner.types import (
-    Candidate,
-    Choice,
-    Counterfactual,
-    Decision,
-    Evidence,
-    GroundedCommand,
-    PhraseRay,
-    Status,
-)
+from uncom_reasoner.phrases import is_one_sided, is_unspecific
+from uncom_reasoner.readings import decide_side
+from uncom_reasoner.single import gestures_of, ground_once
+from uncom_reasoner.surface import centre_of
+from uncom_reasoner.things import Query, weigh
+from uncom_reasoner.types import Candidate, Decision, Evidence, PhraseRay, Status, TargetKind
 from uncom_reasoner.weights import Weights, load_weights
-from uncom_reasoner.wording import described, spoken, target_text
-
-WITHOUT_TARGET = (Primitive.PICK, Primitive.GIVE, Primitive.POINT)
+from uncom_reasoner.wording import plural
 
 
 def ground(
@@ -40,178 +31,106 @@ def ground(
     placing: PlacingConfig | None = None,
     memory: Memory | None = None,
 ) -> Decision:
-    """Ground a command (Act.COMMAND). What a person says or shows wrongly is told by status and reason.
+    """Ground a command (Act.COMMAND); of a group the first part. See `ground_parts`."""
+    return ground_parts(evidence, weights, placing, memory)[0]
+
+
+def ground_parts(
+    evidence: Evidence,
+    weights: Weights | None = None,
+    placing: PlacingConfig | None = None,
+    memory: Memory | None = None,
+) -> tuple[Decision, ...]:
+    """Ground a command (Act.COMMAND): one decision, or one for each thing of a group, in the order of moving them.
+
+    What a person says or shows wrongly is told by status and reason.
 
     Args:
         evidence: command, scene (detected with `phrases.phrases_of(command)`), camera and rays (`rays.observe`).
         weights: of the posterior; None: the shipped ones.
         placing: how places are chosen; None: the defaults.
         memory: of what was spoken of before.
-
-    Raises:
-        NotSupportedError: a thing is located by comparing it with another ("with the same colour as this").
     """
-    context = context_of(evidence, weights or load_weights(), placing or PlacingConfig(), memory or Memory())
+    used, where, known = weights or load_weights(), placing or PlacingConfig(), memory or Memory()
     command = evidence.command
-    object_ray, target_ray = _gestures(command, context)
+    if command.object is not None and command.object.quantity != 1:
+        return _ground_group(evidence, used, where, known)
+    return (_ground_thing(evidence, used, where, known),)
+
+
+def _ground_thing(evidence: Evidence, weights: Weights, placing: PlacingConfig, memory: Memory) -> Decision:
+    side = evidence.given.perspective
+    if side:
+        return replace(ground_once(evidence, weights, replace(placing, perspective=side), memory), perspective=side)
+    if not is_one_sided(evidence.command):
+        return ground_once(evidence, weights, placing, memory)
+    return decide_side(lambda where: ground_once(evidence, weights, where, memory), placing, weights)
+
+
+def _ground_group(evidence: Evidence, weights: Weights, placing: PlacingConfig, memory: Memory) -> tuple[Decision, ...]:
+    """Choose the things, then a place for each with the earlier ones where they will be."""
+    command, given = evidence.command, evidence.given
+    context = context_of(evidence, weights, placing, memory)
+    rays = gestures_of(command, context)
+    candidates: tuple[Candidate, ...] = ()
     try:
-        thing_choice = _find_object(command, object_ray, context)
+        candidates = _candidates(evidence, rays[0], context)
+        chosen, base = _chosen_things(evidence, candidates, rays[0], context)
     except CannotGroundError as error:
-        candidates = error.candidates if isinstance(error, UnsettledError) else ()
-        candidates = candidates or _object_candidates(command, object_ray, context)
-        return _decision(command, context, (object_ray, target_ray), error, candidates=candidates)
-    thing = context.thing(thing_choice.chosen)
-    if command.target is None and (command.primitive in WITHOUT_TARGET or command.relation is Relation.NONE):
-        return _decision(command, context, (object_ray, target_ray), None, choice=thing_choice, thing=thing)
-    try:
-        result = resolve_target(command, thing, target_ray, context)
-    except CannotGroundError as error:
-        return _decision(command, context, (object_ray, target_ray), error, choice=thing_choice, thing=thing)
-    return _decision(command, context, (object_ray, target_ray), None, thing_choice, thing, result)
+        return (decision_of(command, context, rays, error, candidates=candidates),)
+    one = replace(command, object=replace(_object_of(command), quantity=1))
+    if base:
+        one = replace(one, target=one.object, relation=Relation.ON)
+        given = replace(given, among={**given.among, "target": frozenset((base,))})
+    decisions: list[Decision] = []
+    for part, name in enumerate(chosen):
+        others = given.excluded.get("target", frozenset()) | frozenset(chosen) - {name}
+        settled = replace(
+            given,
+            among={**given.among, "object": frozenset((name,))},
+            excluded={**given.excluded, "target": others},
+        )
+        decision = _ground_thing(replace(evidence, command=one, given=settled), weights, placing, memory)
+        grounded = replace(decision.grounded, part=part, parts=len(chosen))
+        decisions.append(replace(decision, grounded=grounded, group=candidates))
+        if grounded.status is not Status.GROUNDED:
+            return (decisions[-1],)  # a group is carried out as a whole or not at all
+        given = replace(given, moved={**given.moved, name: _moved_outline(decision, context.footprints[name])})
+    return tuple(decisions)
 
 
-def failed(command: Command, reason: str) -> GroundedCommand:
-    """Return a grounded command that failed before anything was looked at."""
-    return GroundedCommand(
-        stamp_s=0.0,
-        frame_id="",
-        utterance_id=command.utterance_id,
-        index=command.index,
-        status=Status.FAILED,
-        reason=reason,
-        object_text=described(command.object),
-        action_text=command.action_text,
-        target_text=target_text(command),
-        primitive=command.primitive.value,
-        relation=command.relation.value,
-    )
+def _object_of(command: Command) -> Reference:
+    assert command.object is not None  # noqa: S101 (callers looked)
+    return command.object
 
 
-def _gestures(command: Command, context: Context) -> tuple[PhraseRay, PhraseRay]:
-    """Return the gestures of object and target, each competing with the other for frames between them."""
-    references = {"object": command.object, "target": command.target}
-    spans = {role: phrase_span(r) for role, r in references.items() if r is not None}
-    found = {}
-    for role, reference in references.items():
-        if reference is None:
-            found[role] = PhraseRay(role, 0.0, 0.0)
-            continue
-        others = [span for other, span in spans.items() if other != role and span != spans[role]]
-        found[role] = gesture(role, reference, context, others)
-    return found["object"], found["target"]
-
-
-def _find_object(command: Command, ray: PhraseRay, context: Context) -> Choice:
-    reference = command.object
-    if reference is None:
-        raise CannotGroundError("I did not understand what to take.")
-    if reference.quantity != 1:
-        raise NotSupportedError("I can take only one thing at a time. Please name one.")
+def _candidates(evidence: Evidence, ray: PhraseRay, context: Context) -> tuple[Candidate, ...]:
     if not context.things:
         raise CannotGroundError("I do not see anything on the table.")
-    candidates = weigh(Query(reference, ray), context)
-    things = [c for c in candidates if c.id != NONE]
-    if is_bare(reference) and not reference.modifiers and not ray.present and len(things) > 1:
-        if not is_pronoun(reference):
-            raise CannotGroundError("I did not see which thing you pointed at.")
-        if not context.memory.places:
-            raise CannotGroundError(f"I do not know what you mean by {reference.head!r}. Please name it.")
-    return settle(candidates, spoken(reference), context.weights, any_will_do=any_will_do(reference, command))
+    return weigh(Query(_object_of(evidence.command), ray), context)
 
 
-def _object_candidates(command: Command, ray: PhraseRay, context: Context) -> tuple[Candidate, ...]:
-    return weigh(Query(command.object, ray), context) if command.object is not None else ()
+def _chosen_things(
+    evidence: Evidence, candidates: tuple[Candidate, ...], ray: PhraseRay, context: Context
+) -> tuple[list[str], str]:
+    """Return the ids in the order of moving them, and the one that the others are stacked on ("" without)."""
+    command, reference = evidence.command, _object_of(evidence.command)
+    if is_unspecific(reference) and not ray.present and "object" not in evidence.given.among:
+        raise CannotGroundError("I did not see which things you pointed at.")
+    found = [c.id for c in members(candidates, reference, command, context.weights, pointed=ray.present)]
+    # Largest first: what is wide at the bottom of a pile, and the hardest to find a place for, goes before the rest.
+    found.sort(key=lambda name: -context.footprints[name].area)
+    if command.primitive is not Primitive.STACK or command.target is not None:
+        return found, ""
+    if len(found) < 2:
+        raise CannotGroundError(f"I see only one of the {plural(reference)}: there is nothing to stack.")
+    return found[1:], found[0]
 
 
-def _decision(
-    command: Command,
-    context: Context,
-    rays: tuple[PhraseRay, PhraseRay],
-    error: CannotGroundError | None,
-    choice: Choice | None = None,
-    thing: Detection | None = None,
-    result: TargetResult | None = None,
-    candidates: tuple[Candidate, ...] = (),
-) -> Decision:
-    evidence = context.evidence
-    status = Status.GROUNDED
-    if error is not None:
-        status = Status.AMBIGUOUS if isinstance(error, AmbiguousError) else Status.FAILED
-    receiver = result.target.detection.id if result is not None and result.target.detection is not None else ""
-    grounded = GroundedCommand(
-        stamp_s=evidence.scene.stamp_s,
-        frame_id=evidence.scene.frame_id,
-        utterance_id=command.utterance_id,
-        index=command.index,
-        status=status,
-        reason=str(error) if error is not None else "",
-        object_text=described(command.object),
-        action_text=command.action_text,
-        target_text=target_text(command),
-        primitive=command.primitive.value,
-        relation=command.relation.value,
-        object=thing,
-        object_probability=choice.probability if choice is not None else 0.0,
-        scene=tuple(d for d in context.things if (thing is None or d.id != thing.id) and d.id != receiver),
-        table=evidence.scene.table,
-        object_candidates=choice.candidates if choice is not None else candidates,
-        object_frame_s=evidence.object_frame_s,
-        target_frame_s=evidence.target_frame_s,
-        backends=tuple(
-            x for x in (f"language={command.backend}", f"detection={evidence.scene.backend}") if x[-1] != "="
-        ),
-    )
-    outline = context.surface.polygon
-    if thing is not None and isinstance(error, UnsettledError):
-        grounded = replace(grounded, target_candidates=error.candidates)
-    decision = Decision(
-        grounded,
-        object_ray=rays[0],
-        target_ray=rays[1],
-        outline=np.asarray(outline.exterior.coords)[:-1] if outline is not None else np.zeros((0, 2)),
-        metric=context.surface.metric,
-        counterfactuals=_counterfactuals(command, rays, thing, result, context),
-    )
-    return decision if result is None else _with_target(decision, result)
-
-
-def _with_target(decision: Decision, result: TargetResult) -> Decision:
-    grounded = replace(
-        decision.grounded,
-        primitive=_done_as(decision.grounded.primitive, result),
-        target=result.target,
-        target_probability=(result.reference or result.choice).probability,
-        target_candidates=result.choice.candidates,
-    )
-    return replace(
-        decision, grounded=grounded, target_point=result.point, cells=result.cells, reference=result.reference
-    )
-
-
-def _done_as(primitive: str, result: TargetResult) -> str:
-    """Return what is done with the object: "put it in the corner" is no putting into a thing."""
-    if primitive in (Primitive.PUT_IN.value, Primitive.PUT_ON.value, Primitive.STACK.value, Primitive.PLACE.value):
-        return result.primitive.value
-    return primitive
-
-
-def _counterfactuals(
-    command: Command,
-    rays: tuple[PhraseRay, PhraseRay],
-    thing: Detection | None,
-    result: TargetResult | None,
-    context: Context,
-) -> tuple[Counterfactual, ...]:
-    """Say which thing would have been likeliest from the words alone, and from the gesture alone."""
-    queries = {}
-    if command.object is not None and context.things:
-        queries["object"] = Query(command.object, rays[0])
-    if command.target is not None and thing is not None and result is not None and result.target.detection is not None:
-        queries["target"] = Query(command.target, rays[1], frozenset((thing.id,)), command.primitive)
-    found = []
-    for part, query in queries.items():
-        nothing = PhraseRay(query.ray.role, query.ray.start_s, query.ray.end_s)
-        for without, changed in (("gesture", replace(query, ray=nothing)), ("words", replace(query, use_words=False))):
-            best = weigh(changed, context)[0]
-            found.append(Counterfactual(without, part, best.id, best.probability))
-    return tuple(found)
+def _moved_outline(decision: Decision, outline: Polygon) -> Polygon:
+    """Return where a thing's outline will be; empty if it will be in or on another thing, or in the hand."""
+    place = decision.place
+    if place is None or outline.is_empty:
+        return Polygon() if decision.grounded.target.kind is not TargetKind.NONE else outline
+    offset = place - centre_of(outline)
+    return transform(outline, lambda points: points + offset)

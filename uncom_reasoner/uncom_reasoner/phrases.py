@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from uncom_language.types import Command, Reference
+from uncom_language.types import Command, Reference, Relation
 
 OBJECTS = "objects"
 CONTAINER = "container"
@@ -43,6 +43,10 @@ SIZE_WORDS = {
 }  # fmt: skip
 
 
+SIDES = (Relation.LEFT_OF, Relation.RIGHT_OF, Relation.IN_FRONT_OF, Relation.BEHIND)
+SIDE_WORDS = frozenset(("left", "right", "near", "far"))
+
+
 def is_bare(reference: Reference) -> bool:
     """Whether a reference names no kind of thing ("this", "that thing", "it")."""
     return reference.head.lower() in GENERIC_HEADS or not reference.head
@@ -51,6 +55,24 @@ def is_bare(reference: Reference) -> bool:
 def is_pronoun(reference: Reference) -> bool:
     """Whether a reference is "it" or "them" with no noun that it was resolved to."""
     return reference.head.lower() in ("it", "them") and not reference.deictic
+
+
+def is_unspecific(reference: Reference) -> bool:
+    """Whether words alone cannot tell which thing is meant: no kind, no quality, no order, no comparison."""
+    said = (
+        reference.modifiers,
+        reference.ordinal,
+        reference.comparison,
+        reference.anchor,
+        reference.excluded_modifiers,
+    )
+    return is_bare(reference) and not any(said) and not reference.other
+
+
+def goes_back(command: Command) -> bool:
+    """Whether the thing is to go back to where it was before ("put it back", "return the lemon")."""
+    words = (*command.action_text.lower().split(), *(command.target.text.lower().split() if command.target else ()))
+    return command.target is None and ("back" in words or "return" in words)
 
 
 def is_place_word(reference: Reference) -> bool:
@@ -74,6 +96,8 @@ def detector_phrase(reference: Reference, antecedent: str = "") -> str:
         return " ".join([*kept, antecedent])
     if is_bare(reference) or is_place_word(reference) or is_table(reference):
         return " ".join([*kept, "object"]) if kept and not is_place_word(reference) else OBJECTS
+    if reference.ordinal or reference.ordinal_side:
+        return " ".join([*kept, head])  # the text of "second cup" counts, its modifiers do not
     words = [w for w in reference.text.lower().split() if w not in POSITION_WORDS and w not in SIZE_WORDS]
     return " ".join(words) or head
 
@@ -82,6 +106,25 @@ def comparisons(reference: Reference) -> tuple[str, ...]:
     """Return the ways in which the wanted thing stands out among its kind: left, right, near, far, middle, ..."""
     words = [m.lower() for m in reference.modifiers]
     return tuple((POSITION_WORDS | SIZE_WORDS)[w] for w in words if w in POSITION_WORDS or w in SIZE_WORDS)
+
+
+def along_of(reference: Reference) -> str:
+    """Return what an ordinal counts along: its side, a superlative ("the second biggest"), else from the left."""
+    if reference.ordinal_side:
+        return POSITION_WORDS.get(reference.ordinal_side, "left")
+    return next(iter(comparisons(reference)), "left")
+
+
+def is_one_sided(command: Command) -> bool:
+    """Whether something in a command hangs on whose left and right, or front and back, is meant."""
+    if command.relation in SIDES and not (command.target is not None and is_table(command.target)):
+        return True
+    for reference in references_of(command):
+        words = {*comparisons(reference), *(m.lower() for m in reference.modifiers)}
+        along = along_of(reference) if reference.ordinal else ""
+        if words & SIDE_WORDS or along in SIDE_WORDS or reference.anchor_relation in {r.value for r in SIDES}:
+            return True
+    return False
 
 
 def antecedent_of(command: Command, remembered: str = "") -> str:
@@ -97,14 +140,15 @@ def references_of(command: Command) -> Iterator[Reference]:
         reference = pending.pop(0)
         if reference is not None:
             yield reference
-            pending.append(reference.anchor)
+            pending += [reference.anchor, reference.compared_to]
 
 
 def phrases_of(command: Command, remembered: str = "") -> tuple[str, ...]:
     """Return every phrase that grounding a command needs scores for, without repetition."""
     antecedent = antecedent_of(command, remembered)
     named = [detector_phrase(reference, antecedent) for reference in references_of(command)]
-    return tuple(dict.fromkeys([*named, CONTAINER, OBJECTS]))
+    excluded = [word.lower() for reference in references_of(command) for word in reference.excluded_modifiers]
+    return tuple(dict.fromkeys([*named, *excluded, CONTAINER, OBJECTS]))
 
 
 def any_will_do(reference: Reference, command: Command) -> bool:

@@ -34,7 +34,9 @@ def chosen(candidates: Sequence[Candidate], chosen_id: str) -> Choice:
     return Choice(marked, chosen_id, next(c.probability for c in marked if c.chosen))
 
 
-def settle(candidates: Sequence[Candidate], what: str, weights: Weights, *, any_will_do: bool = False) -> Choice:
+def settle(
+    candidates: Sequence[Candidate], what: str, weights: Weights, *, any_will_do: bool = False, part: str = ""
+) -> Choice:
     """Choose the likeliest candidate (of `normalised`) if it is clear.
 
     Args:
@@ -42,6 +44,7 @@ def settle(candidates: Sequence[Candidate], what: str, weights: Weights, *, any_
         what: how the speaker called it, for the reason.
         weights: the thresholds.
         any_will_do: the speaker left it open, so that several that fit are no reason to ask.
+        part: of the command, for a question about it.
 
     Raises:
         NothingSeenError: "none" is likelier than every thing together, or nothing was seen.
@@ -60,7 +63,7 @@ def settle(candidates: Sequence[Candidate], what: str, weights: Weights, *, any_
     close = [c for c in things if c.probability * weights.min_odds * 1.5 > best.probability]
     if len(close) < 2:
         close = things[:2]
-    raise AmbiguousError(_which(what, close), candidates, tuple(c.id for c in close))
+    raise AmbiguousError(_which(what, close), candidates, tuple(c.id for c in close), part)
 
 
 def _which(what: str, close: Sequence[Candidate]) -> str:

@@ -46,6 +46,18 @@ class RelationGoal:
     surface: Surface
     reference: Polygon
     reference2: Polygon | None = None
+    gap_m: float = 0.0  # asked for in words ("ten centimetres left of"); 0: a usual one
+
+    @property
+    def _ideal_gap(self) -> float:
+        return self.gap_m or IDEAL_GAP_M
+
+    @property
+    def _tolerance(self) -> float:
+        return 0.02 if self.gap_m else 0.05
+
+    def _farthest(self, usual: float) -> float:
+        return max(usual, self.gap_m + 0.05) * self.surface.unit
 
     def costs(self, points: FloatArray, moved: FloatArray) -> FloatArray:
         """Return a cost (N,) for the moved thing's centre at each point (N, 2); infinite where the relation fails.
@@ -67,8 +79,8 @@ class RelationGoal:
         gap = (points @ d + float((moved @ d).min())) - float((outline @ d).max())
         offset = points - centre_of(self.reference)
         across = np.abs(offset @ np.array([-d[1], d[0]]))
-        holds = (gap >= 0.0) & (gap <= SIDE_GAP_M * unit) & (across <= CONE * (offset @ d))
-        cost = ((gap / unit - IDEAL_GAP_M) / 0.05) ** 2 + (across / unit / 0.04) ** 2
+        holds = (gap >= 0.0) & (gap <= self._farthest(SIDE_GAP_M)) & (across <= CONE * (offset @ d))
+        cost = ((gap / unit - self._ideal_gap) / self._tolerance) ** 2 + (across / unit / 0.04) ** 2
         return np.where(holds, cost, FAILS)
 
     def _beside(self, points: FloatArray, moved: FloatArray) -> FloatArray:
@@ -77,8 +89,8 @@ class RelationGoal:
         gap = _gaps(points, moved, self.reference)
         offset = points - centre_of(self.reference)
         ahead = np.abs(offset @ self.surface.far) / np.maximum(np.linalg.norm(offset, axis=1), 1e-9)
-        cost = ((gap / unit - IDEAL_GAP_M) / 0.05) ** 2 + ahead**2  # beside rather than before or behind
-        return np.where((gap > 0.0) & (gap <= farthest * unit), cost, FAILS)
+        cost = ((gap / unit - self._ideal_gap) / self._tolerance) ** 2 + ahead**2  # beside rather than before or behind
+        return np.where((gap > 0.0) & (gap <= self._farthest(farthest)), cost, FAILS)
 
     def _between(self, points: FloatArray, moved: FloatArray, second: Polygon) -> FloatArray:
         a, b = centre_of(self.reference), centre_of(second)
@@ -98,9 +110,16 @@ def _gaps(points: FloatArray, moved: FloatArray, reference: Polygon) -> FloatArr
     return np.asarray(shapely.distance(shapes, reference), dtype=float)
 
 
-def relation_log(relation: Relation, thing: Polygon, anchor: Polygon, surface: Surface) -> float:
-    """Return how well a thing stands in a relation to an anchor, as a log factor (0 is best, about -8 is worst)."""
+def relation_log(
+    relation: Relation, thing: Polygon, anchor: Polygon, surface: Surface, second: Polygon | None = None
+) -> float:
+    """Return how well a thing stands in a relation to an anchor, as a log factor (0 is best, about -8 is worst).
+
+    `second` is the other anchor of "between".
+    """
     unit = surface.unit
+    if relation is Relation.BETWEEN and second is not None:
+        return _between_log(thing, anchor, second, unit)
     gap = float(thing.distance(anchor)) / unit
     offset = (centre_of(thing) - centre_of(anchor)) / unit
     if relation in DIRECTIONAL:
@@ -114,3 +133,12 @@ def relation_log(relation: Relation, thing: Polygon, anchor: Polygon, surface: S
         return max(-0.5 * (outside / 0.02) ** 2, -8.0)
     scale = 0.25 if relation is Relation.NEAR else 0.12
     return max(-0.5 * (gap / scale) ** 2 - gap / scale, -8.0)
+
+
+def _between_log(thing: Polygon, first: Polygon, second: Polygon, unit: float) -> float:
+    a, b, p = centre_of(first), centre_of(second), centre_of(thing)
+    length = max(float(np.linalg.norm(b - a)), 1e-9)
+    along = float((p - a) @ (b - a)) / length**2
+    across = abs(float((p - a) @ np.array([a[1] - b[1], b[0] - a[0]]))) / length
+    beyond = max(-along, along - 1.0, 0.0) * length
+    return max(-0.5 * (across / unit / 0.08) ** 2 - 0.5 * (beyond / unit / 0.03) ** 2 - 2.0 * abs(along - 0.5), -8.0)

@@ -167,6 +167,16 @@ def footprint(detection: Detection, surface: Surface) -> Polygon:
     return _solid(MultiPoint(np.column_stack([columns, rows])[::step]).convex_hull, 1.0)
 
 
+def extent_of(detection: Detection) -> tuple[float, float, float]:
+    """Return length, height and volume of a thing: metres with depth, pixels without; never zero."""
+    geometry, seen = detection.geometry, detection.box
+    if geometry is not None:
+        size = np.maximum(geometry.size, 1e-3)
+        return float(size.max()), float(size[2]), float(np.prod(size))
+    width, height = max(seen.x_max - seen.x_min, 1.0), max(seen.y_max - seen.y_min, 1.0)
+    return max(width, height), height, max(float(detection.mask.sum()), 1.0) ** 1.5
+
+
 def _solid(hull: Polygon, least: float) -> Polygon:
     return hull if hull.geom_type == "Polygon" and hull.area > 0.0 else hull.buffer(least)
 

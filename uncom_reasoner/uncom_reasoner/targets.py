@@ -20,13 +20,21 @@ from uncom_perception.types import Detection
 
 from uncom_reasoner.context import Context
 from uncom_reasoner.exceptions import CannotGroundError, NoPlaceError, NotSupportedError
-from uncom_reasoner.goals import AREA_HEADS, anywhere_cost, area_cost, area_words, pointed_cost, related_cost
-from uncom_reasoner.phrases import CONTAINER, any_will_do, is_bare, is_place_word, is_pronoun, is_table
+from uncom_reasoner.goals import (
+    AREA_HEADS,
+    anywhere_cost,
+    area_cost,
+    area_words,
+    exact_cost,
+    pointed_cost,
+    related_cost,
+)
+from uncom_reasoner.phrases import CONTAINER, any_will_do, goes_back, is_bare, is_place_word, is_pronoun, is_table
 from uncom_reasoner.placing import Cost, Place, find_place
 from uncom_reasoner.pointing import table_point
 from uncom_reasoner.posterior import NONE, chosen, settle
 from uncom_reasoner.receiving import fits_in, opening_of, outline_of
-from uncom_reasoner.relations import RELATIVE, RelationGoal
+from uncom_reasoner.relations import DIRECTIONAL, RELATIVE, RelationGoal, direction_of
 from uncom_reasoner.surface import centre_of
 from uncom_reasoner.things import Query, gesture, nearest_z, weigh
 from uncom_reasoner.types import Cell, Choice, FloatArray, GroundedTarget, PhraseRay, TablePoint, TargetKind
@@ -37,6 +45,7 @@ CONTAINER_SHARE = (
 )
 LEAST_CONTAINER = 0.1
 HOLLOW_M = 0.015
+ASIDE_M = 0.12  # "move it to the left"
 
 
 @dataclass(frozen=True)
@@ -49,6 +58,8 @@ class TargetResult:
     cells: tuple[Cell, ...] = ()
     reference: Choice | None = None  # the thing that a place is relative to
     primitive: Primitive = Primitive.PLACE
+    second: Choice | None = None  # the other thing of "between A and B"
+    place: FloatArray | None = None  # (2,) centre of the moved footprint, plane coordinates
 
 
 def resolve_target(command: Command, moved: Detection, ray: PhraseRay, context: Context) -> TargetResult:
@@ -62,7 +73,7 @@ def resolve_target(command: Command, moved: Detection, ray: PhraseRay, context: 
         raise NotSupportedError("I cannot put things under other things.")
     point = table_point(ray, context.surface, context.evidence.view, context.weights) if ray.present else None
     if reference is None:
-        return _relative(command, moved, point, context, moved.id)
+        return _back(moved, point, context) if goes_back(command) else _aside(command, moved, point, context)
     if is_place_word(reference) or (relation in (Relation.HERE, Relation.THERE) and is_bare(reference)):
         return _here(moved, ray, point, command, context)
     if is_table(reference) or reference.head.lower() in AREA_HEADS:
@@ -163,12 +174,37 @@ def _pointed_place(moved: Detection, ray: PhraseRay, point: TablePoint | None, c
     return _place(moved, pointed_cost(point, context.surface), context, point)
 
 
+def _back(moved: Detection, point: TablePoint | None, context: Context) -> TargetResult:
+    """Where the thing was before it was last moved."""
+    _need_table(context)
+    before = context.memory.before
+    if before is None or context.memory.thing is None:
+        raise CannotGroundError("I have not moved it, so I do not know where it belongs.")
+    where = context.surface.to_plane(before[None, :3, 3])[0, :2]
+    return _place(moved, exact_cost(where, context.surface), context, point)
+
+
+def _aside(command: Command, moved: Detection, point: TablePoint | None, context: Context) -> TargetResult:
+    """A side of where the thing is, or is about to be: "move it to the left", "a bit to the left"."""
+    _need_table(context)
+    shape = context.footprints[moved.id]
+    if shape.is_empty or command.relation not in DIRECTIONAL:
+        raise CannotGroundError("I did not understand where to put it.")
+    start = centre_of(shape)
+    if context.evidence.given.start is not None:
+        start = context.evidence.given.start
+    distance = (command.distance_m or ASIDE_M) * context.surface.unit
+    goal = start + distance * direction_of(command.relation, context.surface)
+    return _place(moved, exact_cost(goal, context.surface, 0.4 * distance), context, point)
+
+
 def _relative_to(
     command: Command, reference: Reference, moved: Detection, ray: PhraseRay, point: TablePoint | None, context: Context
 ) -> TargetResult:
     """A free place with a relation to a thing (or two)."""
     candidates = weigh(Query(reference, ray, frozenset((moved.id,))), context)
-    choice = settle(candidates, spoken(reference), context.weights, any_will_do=any_will_do(reference, command))
+    anyone = any_will_do(reference, command) or (command.relation is Relation.BETWEEN and reference.quantity != 1)
+    choice = settle(candidates, spoken(reference), context.weights, any_will_do=anyone)
     return _relative(command, moved, point, context, choice.chosen, choice)
 
 
@@ -185,19 +221,29 @@ def _relative(
     second = _second(command, moved, anchor_id, context) if command.relation is Relation.BETWEEN else None
     if shape.is_empty:
         raise NoPlaceError("I cannot tell where on the table that is.")
-    goal = RelationGoal(command.relation, context.surface, shape, second)
+    other = context.footprints[second.chosen] if second is not None else None
+    goal = RelationGoal(command.relation, context.surface, shape, other, command.distance_m)
     result = _place(moved, related_cost(goal, point), context, point)
-    return replace(result, reference=weighed)
+    return replace(result, reference=weighed, second=second)
 
 
-def _second(command: Command, moved: Detection, first: str, context: Context) -> Polygon:
+def _second(command: Command, moved: Detection, first: str, context: Context) -> Choice:
     reference = command.reference2
     if reference is None:
-        raise CannotGroundError("Between which two things? I understood only one of them.")
+        return _its_pair(command, moved, first, context)
     ray = gesture("reference2", reference, context)
     candidates = weigh(Query(reference, ray, frozenset((moved.id, first))), context)
-    choice = settle(candidates, spoken(reference), context.weights)
-    return context.footprints[choice.chosen]
+    return settle(candidates, spoken(reference), context.weights, part="reference2")
+
+
+def _its_pair(command: Command, moved: Detection, first: str, context: Context) -> Choice:
+    """The other one of "between the plates"."""
+    reference = command.target
+    if reference is None or reference.quantity == 1:
+        raise CannotGroundError("Between which two things? I understood only one of them.")
+    ray = PhraseRay("reference2", reference.span.start_s, reference.span.end_s)
+    candidates = weigh(Query(reference, ray, frozenset((moved.id, first))), context)
+    return settle(candidates, spoken(reference), context.weights, part="reference2")
 
 
 def _place(moved: Detection, cost: Cost, context: Context, point: TablePoint | None) -> TargetResult:
@@ -207,7 +253,8 @@ def _place(moved: Detection, cost: Cost, context: Context, point: TablePoint | N
     obstacles: Mapping[str, Polygon] = {k: v for k, v in context.footprints.items() if k != moved.id}
     place: Place = find_place(context.surface, shape, obstacles, cost, context.placing)
     pose, area = _posed(place.centre, 0.0, Polygon(place.cell.polygon), moved, context)
-    return TargetResult(GroundedTarget(TargetKind.AREA, None, pose, area), place.choice, point, place.cells)
+    target = GroundedTarget(TargetKind.AREA, None, pose, area)
+    return TargetResult(target, place.choice, point, place.cells, place=place.centre)
 
 
 def _posed(

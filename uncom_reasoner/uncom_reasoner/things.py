@@ -2,9 +2,10 @@
 """Which thing a reference means: all terms of its posterior in one place.
 
 Factors of a candidate (natural logs): `words` (the detector's probability of the phrase), `ray` (gesture, see
-pointing.ray_log), `relation` (to its anchor, "the cup next to the bottle"), `compared` ("the left one", "the biggest"),
-`rival` (another noun of the command fits the thing better), `discourse` ("it", "the other one"), `plausible` (a
-receiving thing should be able to receive), `reach`. "none" stands for everything that was not seen.
+pointing.ray_log), `relation` (to its anchor, "the cup next to the bottle"), `compared` ("the left one", "the biggest",
+"the second from the left"), `excluded` ("not the red one"), `likeness` ("the same colour as this"), `rival` (another
+noun of the command fits the thing better), `discourse` ("it", "the other one"), `plausible` (a receiving thing should
+be able to receive), `reach`, `answer` (what the person said when asked). "none" stands for everything not seen.
 """
 
 from __future__ import annotations
@@ -13,15 +14,15 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from shapely.geometry import Polygon
 from uncom_language.types import Primitive, Reference, Relation, Span
 from uncom_perception.types import Detection
 
+from uncom_reasoner.comparing import RANK_LOG, excluded_logs, likeness_logs, order_logs
 from uncom_reasoner.context import Context
-from uncom_reasoner.exceptions import NotSupportedError
 from uncom_reasoner.phrases import (
     CONTAINER,
     OBJECTS,
-    comparisons,
     is_bare,
     is_place_word,
     is_pronoun,
@@ -35,12 +36,10 @@ from uncom_reasoner.relations import relation_log
 from uncom_reasoner.surface import centre_of
 from uncom_reasoner.types import Candidate, Factor, FloatArray, PhraseRay
 
-_SPATIAL = frozenset(relation.value for relation in Relation)  # comparisons hang on anchors as well
-
 LEAST = 1e-6
-KIND_SHARE = 0.2  # things whose score is this share of the best are of the kind that is compared
+AND = "and"  # joins B to A in "between A and B"
 MOST_RIVAL = -3.0
-RANK_LOG = -2.5  # for each place in the order of a comparison
+ANSWER_LOG = -40.0  # an answer settles it
 
 
 @dataclass(frozen=True)
@@ -61,21 +60,24 @@ def weigh(query: Query, context: Context) -> tuple[Candidate, ...]:
     for detection, score in zip(context.things, scores, strict=True):
         if detection.id in terms:
             terms[detection.id]["words"] = context.weights.phrase * float(np.log(max(score, LEAST)))
+    _add_ray(query, context, terms)
     if query.use_words:
         _add_rival(query, context, terms, scores)
-    _add_ray(query, context, terms)
-    _add_anchor(query, context, terms)
-    _add_comparison(query, context, terms, scores)
-    _add_discourse(query, context, terms)
+        _add_anchor(query, context, terms)
+        _add_comparison(query, context, terms, scores)
+        _add_discourse(query, context, terms)
     _add_plausible(query, context, terms)
     _add_reach(query, context, terms)
+    answered = _add_answer(query, context, terms)
     candidates = [
         Candidate(d.id, label_of(d), tuple(Factor(k, v) for k, v in terms[d.id].items()), 0.0, d.box)
         for d in context.things
         if d.id in terms
     ]
-    unseen = (Factor("words", context.weights.phrase * float(np.log(max(none, LEAST)))),)
-    return normalised([*candidates, Candidate(NONE, NONE, unseen, 0.0)])
+    unseen = [Factor("words", context.weights.phrase * float(np.log(max(none, LEAST))))]
+    if answered:
+        unseen.append(Factor("answer", ANSWER_LOG))
+    return normalised([*candidates, Candidate(NONE, NONE, tuple(unseen), 0.0)])
 
 
 def _word_scores(query: Query, context: Context) -> tuple[tuple[float, ...], float]:
@@ -90,8 +92,8 @@ def gesture(role: str, reference: Reference, context: Context, others: Sequence[
     A gesture that goes with a pointing word of the locating phrase ("the cup next to this bottle") is not its own.
     """
     span = phrase_span(reference)
-    inner = reference.anchor
-    if inner is not None and inner.deictic and not reference.deictic:
+    inner = [r for r in (reference.anchor, reference.compared_to) if r is not None and r.deictic]
+    if inner and not reference.deictic:
         return PhraseRay(role, span.start_s, span.end_s)
     return phrase_ray(role, span, context.dwells, context.weights, others)
 
@@ -131,23 +133,35 @@ def _add_ray(query: Query, context: Context, terms: dict[str, dict[str, float]])
 
 
 def _add_anchor(query: Query, context: Context, terms: dict[str, dict[str, float]]) -> None:
+    """Weigh things by where they are with respect to their anchor, whichever thing that is."""
     reference = query.reference
-    if reference.anchor is None or not reference.anchor_relation:
+    if reference.anchor is None or reference.anchor_relation in ("", AND):
         return
-    if reference.anchor_relation not in _SPATIAL:
-        words = reference.anchor_relation.replace("_", " ")
-        raise NotSupportedError(f"I cannot compare things yet ({words} as the {reference.anchor.text}).")
     relation = Relation(reference.anchor_relation)
-    anchors = weigh(Query(reference.anchor, anchor_gesture(reference.anchor, context)), context)
+    shapes = context.footprints
+    anchors = _anchors(reference.anchor, context)
+    seconds: list[tuple[float, Polygon | None]] = [(0.0, None)]
+    if relation is Relation.BETWEEN and reference.anchor.anchor is not None:
+        seconds = [(log, shapes[other]) for log, other in _anchors(reference.anchor.anchor, context)]
     for thing_id, factors in terms.items():
-        logs = []
-        for anchor in anchors:
-            if anchor.id in (NONE, thing_id) or context.footprints[anchor.id].is_empty:
-                continue
-            fit = relation_log(relation, context.footprints[thing_id], context.footprints[anchor.id], context.surface)
-            logs.append(np.log(max(anchor.probability, LEAST)) + fit)
-        if logs and not context.footprints[thing_id].is_empty:
+        if shapes[thing_id].is_empty:
+            continue
+        logs = [
+            log + more + relation_log(relation, shapes[thing_id], shapes[anchor], context.surface, second)
+            for log, anchor in anchors
+            if anchor != thing_id
+            for more, second in seconds
+            if second is None or second not in (shapes[thing_id], shapes[anchor])
+        ]
+        if logs:
             factors["relation"] = context.weights.relation * float(np.logaddexp.reduce(logs))
+
+
+def _anchors(reference: Reference, context: Context) -> list[tuple[float, str]]:
+    """Return the log probabilities and ids of the things that may be an anchor."""
+    found = weigh(Query(reference, anchor_gesture(reference, context)), context)
+    seen = [c for c in found if c.id != NONE and not context.footprints[c.id].is_empty]
+    return [(float(np.log(max(c.probability, LEAST))), c.id) for c in seen]
 
 
 def _add_rival(query: Query, context: Context, terms: dict[str, dict[str, float]], scores: Sequence[float]) -> None:
@@ -174,41 +188,28 @@ def _add_rival(query: Query, context: Context, terms: dict[str, dict[str, float]
 def _add_comparison(
     query: Query, context: Context, terms: dict[str, dict[str, float]], scores: Collection[float]
 ) -> None:
-    ways = comparisons(query.reference)
-    if not ways:
-        return
-    seen = [(d, s) for d, s in zip(context.things, scores, strict=True) if d.id in terms]
-    best = max((s for _, s in seen), default=0.0)
-    kind = [d for d, s in seen if s >= KIND_SHARE * best]
-    for way in ways:
-        values = np.array([_compared(way, d, context) for d in kind])
-        if way == "middle":
-            values = -np.abs(values - np.median(values))
-        for rank, index in enumerate(np.argsort(-values, kind="stable")):
-            factors = terms[kind[int(index)].id]
-            factors["compared"] = factors.get("compared", 0.0) + context.weights.position * RANK_LOG * rank
+    """Superlatives, sides, ordinals; what is excluded; what is compared with another thing."""
+    reference = query.reference
+    mine = {d.id: s for d, s in zip(context.things, scores, strict=True) if d.id in terms}
+    found = {"compared": order_logs(reference, mine, context), "excluded": excluded_logs(reference, context)}
+    if reference.comparison and reference.compared_to is not None:
+        other = reference.compared_to
+        compared = weigh(Query(other, anchor_gesture(other, context)), context)
+        found["likeness"] = likeness_logs(reference.comparison, compared, mine, context)
+    for name, logs in found.items():
+        least = min(logs.values(), default=0.0)  # things of another kind are in no order
+        for thing_id, factors in terms.items() if logs else ():
+            factors[name] = context.weights.position * logs.get(thing_id, min(least, 4.0 * RANK_LOG))
 
 
-def _compared(way: str, detection: Detection, context: Context) -> float:
-    """Return the quantity of which the wanted thing has most."""
-    shape = context.footprints[detection.id]
-    centre = centre_of(shape) if not shape.is_empty else np.zeros(2)
-    surface = context.surface
-    side = {
-        "left": -surface.right,
-        "right": surface.right,
-        "near": -surface.far,
-        "far": surface.far,
-        "middle": surface.right,
-    }
-    if way in side:
-        return float(centre @ side[way])
-    geometry = detection.geometry
-    box = detection.box
-    height = float(geometry.size[2]) if geometry is not None else box.y_max - box.y_min
-    length = float(geometry.size.max()) if geometry is not None else max(box.x_max - box.x_min, box.y_max - box.y_min)
-    volume = float(np.prod(geometry.size)) if geometry is not None else float(detection.mask.sum())
-    return {"large": volume, "small": -volume, "tall": height, "low": -height, "long": length}[way]
+def _add_answer(query: Query, context: Context, terms: dict[str, dict[str, float]]) -> bool:
+    """Take in what the person answered about this part; returns whether it must be one of the things."""
+    among = context.evidence.given.among.get(query.ray.role)
+    excluded = context.evidence.given.excluded.get(query.ray.role, frozenset())
+    for thing_id, factors in terms.items() if among is not None or excluded else ():
+        no = thing_id in excluded or (among is not None and thing_id not in among)
+        factors["answer"] = ANSWER_LOG if no else 0.0
+    return among is not None
 
 
 def _add_discourse(query: Query, context: Context, terms: dict[str, dict[str, float]]) -> None:

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
+from shapely.geometry import Polygon
 from uncom_common.camera import PinholeCamera
 from uncom_language.types import Command
 from uncom_perception.types import Box, Detection, Scene, TableSurface
@@ -21,6 +23,7 @@ class Status(IntEnum):
     GROUNDED = 0
     FAILED = 1
     AMBIGUOUS = 2
+    CANCELLED = 3
 
 
 class TargetKind(IntEnum):
@@ -163,6 +166,25 @@ class Choice:
 
 
 @dataclass(frozen=True, slots=True)
+class Given:
+    """What is settled already when a part is weighed; parts are "object", "target", "anchor", "reference2".
+
+    Attributes:
+        among: the things that a part can be after an answer; with one id it is that thing.
+        excluded: things that a part is not ("no, not this one").
+        perspective: whose left and right was meant, once that was answered; "" if it was not.
+        start: where on the support (2,) the thing is about to be, for "a bit to the left"; None: where it is.
+        moved: outlines on the support of things of a group that are put somewhere before; an empty one is in a thing.
+    """
+
+    among: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    excluded: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    perspective: str = ""
+    moved: Mapping[str, Polygon] = field(default_factory=dict)
+    start: FloatArray | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Evidence:
     """All that a decision rests on. `phrases` are those the scene's scores are for."""
 
@@ -173,6 +195,7 @@ class Evidence:
     rays: tuple[RayObservation, ...] = ()
     object_frame_s: float = 0.0
     target_frame_s: float = 0.0
+    given: Given = field(default_factory=Given)
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,6 +225,19 @@ class GroundedCommand:
     target_frame_s: float = 0.0
     backends: tuple[str, ...] = ()
     latency_s: float = 0.0
+    part: int = 0
+    parts: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Doubt:
+    """Why a command is ambiguous: the part, and the ids of what is too close to choose from.
+
+    For the part "perspective" the choices are the sides that left and right may be meant from.
+    """
+
+    part: str
+    choices: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,6 +248,17 @@ class Counterfactual:
     part: str
     likeliest: str
     probability: float
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """One way to take left and right: whose, its prior, its probability, and what would be done."""
+
+    perspective: str
+    prior: float
+    probability: float
+    outcome: str
+    chosen: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,3 +280,9 @@ class Decision:
     refused: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     counterfactuals: tuple[Counterfactual, ...] = ()
+    doubt: Doubt | None = None
+    second: Choice | None = None  # the other thing of "between A and B"
+    perspective: str = ""  # the side that left and right were taken from; "" where nothing hangs on it
+    readings: tuple[Reading, ...] = ()
+    place: FloatArray | None = None  # (2,) where the moved thing's centre goes, plane coordinates
+    group: tuple[Candidate, ...] = ()  # what was weighed for a reference to several things

@@ -30,6 +30,14 @@ def spoken(reference: Reference) -> str:
     return f"{determiner} {words or 'one'}"
 
 
+def plural(reference: Reference) -> str:
+    """Return the name of several of a kind as the speaker said it: "red apples", "things"."""
+    words = " ".join(w for w in reference.text.split() if w not in (reference.deictic, "other"))
+    if not words or is_bare(reference):
+        return "things"
+    return words if words.endswith("s") else f"{words}s"
+
+
 def described(reference: Reference | None) -> str:
     """Return a reference as the paper's caption has it (words of the speaker), "" without one."""
     if reference is None:
