@@ -20,9 +20,9 @@ from uncom_reasoner.conversions import (
     grounded_command_from_msg,
     grounded_command_to_msg,
 )
+from uncom_reasoner.decisions import failed
 from uncom_reasoner.exceptions import InvalidGroundingError, InvalidWeightsError
 from uncom_reasoner.explanation import explain
-from uncom_reasoner.decisions import failed
 from uncom_reasoner.grounding import ground
 from uncom_reasoner.types import Decision, Status, TargetKind, View
 from uncom_reasoner.weights import Weights, load_weights

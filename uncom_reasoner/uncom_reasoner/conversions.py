@@ -8,6 +8,7 @@ from typing import Any
 
 from std_msgs.msg import Header
 from uncom_common.conversions import (
+    duration_to_msg,
     header_to_msg,
     matrix_from_pose_msg,
     pose_to_msg,
@@ -24,10 +25,13 @@ from uncom_perception.conversions import (
 )
 from uncom_perception.types import Box
 
+from uncom_interfaces.msg import Answer as AnswerMsg
 from uncom_interfaces.msg import Candidate as CandidateMsg
 from uncom_interfaces.msg import Explanation as ExplanationMsg
 from uncom_interfaces.msg import GroundedCommand as GroundedCommandMsg
 from uncom_interfaces.msg import GroundedTarget as GroundedTargetMsg
+from uncom_interfaces.msg import Question as QuestionMsg
+from uncom_reasoner.dialogue.types import Answer, Question, QuestionKind, Verdict
 from uncom_reasoner.exceptions import InvalidGroundingError
 from uncom_reasoner.types import Candidate, Factor, GroundedCommand, GroundedTarget, Status, TargetKind
 
@@ -105,6 +109,8 @@ def grounded_command_to_msg(grounded: GroundedCommand) -> GroundedCommandMsg:
         target_frame_stamp=time_to_msg(grounded.target_frame_s),
         backends=list(grounded.backends),
         latency_s=float(grounded.latency_s),
+        part=grounded.part,
+        parts=grounded.parts,
     )
     if grounded.object is not None:
         msg.object = detection_to_msg(grounded.object, header)
@@ -142,6 +148,8 @@ def grounded_command_from_msg(msg: GroundedCommandMsg) -> GroundedCommand:
         target_frame_s=seconds_from_msg(msg.target_frame_stamp),
         backends=tuple(msg.backends),
         latency_s=float(msg.latency_s),
+        part=int(msg.part),
+        parts=max(1, int(msg.parts)),
     )
 
 
@@ -161,6 +169,50 @@ def explanation_from_msg(msg: ExplanationMsg) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise InvalidGroundingError("an explanation must be a JSON object")
     return found
+
+
+def question_to_msg(question: Question, header: Header) -> QuestionMsg:
+    """Write a question."""
+    return QuestionMsg(
+        header=header,
+        question_id=question.id,
+        utterance_id=question.utterance_id,
+        kind=int(question.kind),
+        text=question.text,
+        choices=list(question.choices),
+        candidate_ids=list(question.candidate_ids),
+        timeout=duration_to_msg(question.timeout_s),
+    )
+
+
+def question_from_msg(msg: QuestionMsg) -> Question:
+    """Read a question."""
+    return Question(
+        id=msg.question_id,
+        utterance_id=msg.utterance_id,
+        kind=_enum(QuestionKind, msg.kind),
+        text=msg.text,
+        choices=tuple(msg.choices),
+        candidate_ids=tuple(msg.candidate_ids),
+        timeout_s=seconds_from_msg(msg.timeout),
+    )
+
+
+def answer_to_msg(answer: Answer, header: Header) -> AnswerMsg:
+    """Write an answer."""
+    return AnswerMsg(
+        header=header,
+        question_id=answer.question_id,
+        answer=int(answer.verdict),
+        choice=answer.choice,
+        text=answer.text,
+    )
+
+
+def answer_from_msg(msg: AnswerMsg) -> Answer:
+    """Read an answer; what is not one of the constants is unknown, and never a yes."""
+    known = msg.answer in {int(v) for v in Verdict}
+    return Answer(msg.question_id, Verdict(msg.answer) if known else Verdict.UNKNOWN, int(msg.choice), msg.text)
 
 
 def _enum(kind: Any, value: int) -> Any:

@@ -10,7 +10,7 @@ from uncom_language.types import Command, Primitive
 from uncom_perception.types import Detection
 
 from uncom_reasoner.context import Context
-from uncom_reasoner.exceptions import AmbiguousError, CannotGroundError, UnsettledError
+from uncom_reasoner.exceptions import AmbiguousError, CannotGroundError, NotSupportedError, UnsettledError
 from uncom_reasoner.targets import TargetResult
 from uncom_reasoner.things import Query, weigh
 from uncom_reasoner.types import (
@@ -106,7 +106,9 @@ def decision_of(
         target_ray=rays[1],
         outline=np.asarray(outline.exterior.coords)[:-1] if outline is not None else np.zeros((0, 2)),
         metric=context.surface.metric,
-        counterfactuals=_counterfactuals(command, rays, thing, result, context),
+        counterfactuals=()
+        if isinstance(error, NotSupportedError)  # what cannot be weighed cannot be weighed otherwise
+        else _counterfactuals(command, rays, thing, result, context),
     )
     return decision if result is None else _with_target(decision, result)
 

@@ -41,9 +41,9 @@ from uncom_interfaces.srv import Detect
 from uncom_reasoner.annotate import annotate
 from uncom_reasoner.config import ReasonerConfig
 from uncom_reasoner.conversions import explanation_to_msg, grounded_command_to_msg
+from uncom_reasoner.decisions import failed
 from uncom_reasoner.exceptions import NotSupportedError
 from uncom_reasoner.explanation import explain
-from uncom_reasoner.decisions import failed
 from uncom_reasoner.grounding import ground
 from uncom_reasoner.job import Job, Stage, hands_complete, object_end, target_end
 from uncom_reasoner.memory import Memory, remember
