@@ -59,9 +59,106 @@ def test_locating_phrases_hang_on_the_thing_they_locate():
     assert command.object.anchor.anchor is None
 
 
-def test_similarity_is_an_anchor_of_its_own_kind():
-    (command,) = parse_text("pick up the cup with the same colour as this")
-    assert (command.object.anchor_relation, command.object.anchor.deictic) == ("same_colour", "this")
+@pytest.mark.parametrize(
+    ("phrase", "comparison", "other"),
+    [
+        ("the cup with the same colour as this", "same_colour", "this"),
+        ("the cup of this colour", "same_colour", "this"),
+        ("the one with a different size than the red bowl", "other_size", "red bowl"),
+        ("the same kind of cup as that one", "same_kind", "that one"),
+        ("a cup bigger than this one", "bigger", "this one"),
+        ("the can that is shorter than the bottle", "shorter", "bottle"),
+        ("the apple closest to the bowl", "nearest", "bowl"),
+        ("something like this", "similar", "this"),
+    ],
+)
+def test_comparisons_name_what_is_compared_with_what(phrase, comparison, other):
+    (command,) = parse_text(f"pick up {phrase}")
+    assert (command.object.comparison, command.object.compared_to.text) == (comparison, other)
+    assert command.object.anchor is None
+
+
+@pytest.mark.parametrize(
+    ("phrase", "ordinal", "side"),
+    [
+        ("the second cup from the left", 2, "left"),
+        ("the first one on the right", 1, "right"),
+        ("the last one", -1, ""),
+        ("the second to last cup from the front", -2, "front"),
+        ("the third biggest cup", 3, ""),
+        ("the cup", 0, ""),
+    ],
+)
+def test_ordinals_are_counted_from_a_side(phrase, ordinal, side):
+    (command,) = parse_text(f"pick up {phrase}")
+    assert (command.object.ordinal, command.object.ordinal_side) == (ordinal, side)
+    assert "second" not in command.object.modifiers
+
+
+@pytest.mark.parametrize(
+    ("phrase", "excluded", "except_for"),
+    [
+        ("the cup that is not red", ("red",), None),
+        ("the cups except the red one", ("red",), "red one"),
+        ("any fruit but the banana", ("banana",), "banana"),
+        ("the small one, not the big one", ("big",), "big one"),
+        ("any mug other than this", (), "this"),
+        ("the apple that isn't in the bowl", ("in the bowl",), None),
+    ],
+)
+def test_exclusions_tell_what_a_thing_must_not_be(phrase, excluded, except_for):
+    (command,) = parse_text(f"pick up {phrase}")
+    assert command.object.excluded_modifiers == excluded
+    assert (command.object.compared_to.text if command.object.compared_to else None) == except_for
+    assert command.object.comparison == ("except" if except_for else "")
+
+
+@pytest.mark.parametrize(
+    ("text", "distance_m"),
+    [
+        ("move it a bit to the left", 0.05),
+        ("move the cup 10 cm to the right", 0.1),
+        ("put it two inches behind the bowl", 0.0508),
+        ("move the cup 2.5 centimeters to the left", 0.025),
+        ("move it to the left by five centimeters", 0.05),
+        ("put it to the left", 0.0),
+    ],
+)
+def test_distances_are_metres(text, distance_m):
+    (command,) = parse_text(text)
+    assert command.act is Act.COMMAND
+    assert command.distance_m == pytest.approx(distance_m)
+
+
+def test_sides_of_a_thing_are_qualities_and_not_its_text():
+    (command,) = parse_text("put the cup on the left into the bowl on the right")
+    assert (command.object.text, command.object.modifiers) == ("cup", ("left",))
+    assert (command.target.text, command.target.modifiers) == ("bowl", ("right",))
+
+
+def test_a_correction_holds_only_what_changes():
+    (thing,) = parse_text("no, the green one")
+    assert (thing.act, thing.object.text, thing.target, thing.relation) == (
+        Act.CORRECTION, "green one", None, Relation.NONE,
+    )  # fmt: skip
+    (place,) = parse_text("a bit to the left")
+    assert (place.act, place.object, place.relation, place.distance_m) == (
+        Act.CORRECTION, None, Relation.LEFT_OF, 0.05,
+    )  # fmt: skip
+
+
+def test_yes_with_a_condition_is_no_yes():
+    assert [command.act for command in parse_text("yes but you are too slow")] == [Act.REFUSED]
+    assert [command.act for command in parse_text("no that is what he said")] == [Act.NO]
+    assert [command.act for command in parse_text("yes, put it there")] == [Act.YES, Act.COMMAND]
+
+
+def test_a_sentence_that_breaks_off_is_never_a_command():
+    whole = ["put", "the", "red", "cup", "to", "the", "left", "of", "the", "small", "box"]
+    for length in range(1, len(whole)):
+        (command,) = parse_text(" ".join(whole[:length]))
+        # "to the left" is a place, and "the small" may be a thing, as in "put the blue on the red".
+        assert command.act is not Act.COMMAND or whole[length - 1] in ("left", "small")
 
 
 def test_quantities():
@@ -103,7 +200,7 @@ def test_an_alternative_is_taken_only_if_the_best_words_make_no_command():
     assert (command.act, command.primitive, command.target.text) == (Act.COMMAND, Primitive.PUT_IN, "bowl")
     assert "alternative" in command.notes[0]
     (refused,) = Understanding(max_alternative_loss=1.0).understand(Transcript("u", best, (other,)))
-    assert refused.act is Act.REFUSED
+    assert refused.act is Act.INCOMPLETE
 
 
 def test_an_alternative_never_invents_an_action():
@@ -113,7 +210,7 @@ def test_an_alternative_never_invents_an_action():
 
 
 def test_an_unknown_language_is_a_clear_error():
-    with pytest.raises(UnknownLanguageError, match="choose one of: en"):
+    with pytest.raises(UnknownLanguageError, match=r"choose one of: .*en"):
         grammar_parser("tlh")
 
 

@@ -4,10 +4,11 @@
 from __future__ import annotations
 
 import pytest
-from uncom_language.parser import parse_text
+from corpus import summary
+from uncom_language.parser import parse_text, sentence_to_json
 from uncom_language.types import Act, Primitive, Relation
 
-# level: sentence, primitive, object (text, deictic, anchor relation, anchor text or deictic), relation, target text
+# level: sentence, primitive, object (text, deictic, relation or comparison, with what), relation, target text
 LEVELS = {
     "L1 this": ("pick up this", "pick", ("this", "this", "", ""), "none", None),
     "L1b that": ("take that one", "pick", ("that one", "that", "", ""), "none", None),
@@ -63,32 +64,48 @@ LEVELS = {
 }
 
 
+# Several steps: one thing over two steps, two things with a likeness.
+STEPS = {
+    "L7a steps": ("first pick up this then put it here", [["this", "place", "here", "here"]]),
+    "L7b steps and likeness": (
+        "first put this on that plate then put this one to the left of the object the same size as this",
+        [["this", "put_on", "on", "plate"], ["this one", "place", "left_of", "object"]],
+    ),
+}
+
+
+def hanging(reference):
+    """Return what a reference hangs on and how: by place or by comparison."""
+    if reference.comparison:
+        return reference.comparison, reference.compared_to.text
+    return reference.anchor_relation, reference.anchor.text if reference.anchor else ""
+
+
+def test_there_are_seventeen_levels():
+    assert len(LEVELS) + len(STEPS) == 17
+
+
 @pytest.mark.parametrize("level", LEVELS)
 def test_single_commands(level):
-    text, primitive, (thing, deictic, anchored, anchor), relation, target = LEVELS[level]
+    text, primitive, (thing, deictic, *hung), relation, target = LEVELS[level]
     (command,) = parse_text(text)
     assert command.act is Act.COMMAND
     assert command.primitive is Primitive(primitive)
-    assert (command.object.text, command.object.deictic, command.object.anchor_relation) == (thing, deictic, anchored)
-    assert (command.object.anchor.text if command.object.anchor else "") == anchor
+    assert (command.object.text, command.object.deictic) == (thing, deictic)
+    assert hanging(command.object) == tuple(hung)
     assert command.relation is Relation(relation)
     assert (command.target.text if command.target else None) == target
 
 
-def test_l7_keeps_what_hangs_on_the_target():
+def test_l7_keeps_what_the_target_is_compared_with():
     (command,) = parse_text(LEVELS["L7 likeness"][0])
-    assert (command.target.anchor_relation, command.target.anchor.deictic) == ("same_size", "this")
-    assert command.target.anchor.deictic_span.start_s > command.object.deictic_span.start_s
+    assert hanging(command.target) == ("same_size", "this")
+    assert command.target.compared_to.deictic_span.start_s > command.object.deictic_span.start_s
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "first pick up this then put it here",  # L7a: several steps, one thing
-        "first put this on that plate then put this one to the left of the object the same size as this",  # L7b
-    ],
-)
-def test_several_steps(text):
-    commands = parse_text(text)
-    assert all(command.act is Act.COMMAND for command in commands)
-    assert commands[-1].target is not None
+@pytest.mark.parametrize("level", STEPS)
+def test_several_steps(level):
+    text, expected = STEPS[level]
+    parsed = sentence_to_json(text, parse_text(text))
+    assert parsed["act"] == "command"
+    assert [summary(command) for command in parsed["commands"]] == expected

@@ -4,70 +4,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import lark
 
-from uncom_language.parser.grammar import Tree, children
+from uncom_language.parser.clause import NEEDS_TARGET, Clause
+from uncom_language.parser.grammar import NotInGrammarError, Tree, children
 from uncom_language.parser.lexicon import Lexicon
-from uncom_language.parser.references import SUPPORTING, Place, ReferenceBuilder, Timing, attach, tokens_of
-from uncom_language.parser.tagger import Token
-from uncom_language.types import Primitive, Reference, Relation, Span
+from uncom_language.parser.places import SUPPORTING, Place, Timing, attach
+from uncom_language.parser.references import ReferenceBuilder, tokens_of
+from uncom_language.parser.tokens import Token
+from uncom_language.types import Reference, Relation, Span
 
-_WHOLE = {
-    "stack": Primitive.STACK,
-    "pour": Primitive.POUR,
-    "push": Primitive.PUSH,
-    "give": Primitive.GIVE,
-    "point": Primitive.POINT,
-    "take": Primitive.PICK,
-}
 # These verbs never take a place to go to: what follows tells which thing is meant.
 _NO_TARGET = frozenset({"take", "give", "point"})
-_NEEDS_TARGET = frozenset({"put", "pour"})
+
+# "push it away", "pull it back": where a thing goes that is pushed and no place is said.
+_WAYS = {"away": Relation.BEHIND, "back": Relation.BEHIND}
 
 
-@dataclass(frozen=True, slots=True)
-class Clause:
-    """One clause read on its own."""
+@dataclass(slots=True)
+class _Parts:
+    """Children of a clause: what stands before the things, behind them, and behind "should go"."""
 
-    kind: str  # of verb; empty: a fragment without one
-    action_text: str
-    action_span: Span | None
-    objects: tuple[Reference, ...]
-    target: Reference | None = None
-    reference2: Reference | None = None
-    relation: Relation = Relation.NONE
-    release: bool = False
-    tokens: tuple[Token, ...] = ()
-    order: str = ""  # what is ordered as from a bar: "a mocha"
-
-    @property
-    def primitive(self) -> Primitive:
-        """What the arm is to do."""
-        if self.kind in _WHOLE:
-            return _WHOLE[self.kind]
-        if self.kind == "want" and self.relation is Relation.NONE:
-            return Primitive.GIVE
-        if self.kind in ("put", "want"):
-            if self.relation is Relation.IN:
-                return Primitive.PUT_IN
-            return Primitive.PUT_ON if self.relation is Relation.ON else Primitive.PLACE
-        return Primitive.NONE
-
-    @property
-    def missing(self) -> str:
-        """The part that is missing: object, action, target or nothing."""
-        if not self.kind:
-            return "action"
-        if not self.objects:
-            return "object"
-        placed = self.target is not None or self.relation is not Relation.NONE
-        if self.kind in _NEEDS_TARGET and not placed and not self.release:
-            return "target"
-        if self.kind == "stack" and not placed and len(self.objects) == 1 and self.objects[0].quantity == 1:
-            return "target"
-        return ""
+    verbs: list[Token] = field(default_factory=list)
+    things: list[Reference] = field(default_factory=list)
+    leading: list[Place] = field(default_factory=list)
+    following: list[Place] = field(default_factory=list)
+    gone: list[Place] = field(default_factory=list)
 
 
 class ClauseReader:
@@ -78,47 +42,93 @@ class ClauseReader:
         self._lexicon = lexicon
         self._timing = timing
         self._build = ReferenceBuilder(lexicon, timing)
+        self._kind_before = ""
 
     def read(self, tree: Tree) -> Clause:
-        """Read one clause."""
-        verbs, things, places = self._parts(tree)
-        kind, release = self._kind(verbs)
+        """Read one clause.
+
+        Raises:
+            NotInGrammarError: words in an order that makes no sense.
+        """
+        if tree.data == "topic":
+            return self._read_topic(tree)
+        parts = self._parts(children(tree))
+        kind, release = self._kind(parts.verbs)
         # A participle says more than "should be": "should be stacked on".
-        action = [token for token in verbs if token.tag in ("VERB", "PARTICIPLE", "PARTICLE")] or verbs
-        targets, nested = self._split(kind, things, places)
+        named = [token for token in parts.verbs if token.tag in ("VERB", "PARTICIPLE", "PARTICLE")]
+        action = named or parts.verbs
+        targets, nested = self._split(kind or self._kind_before, parts)
         if kind == "take" and any(place.directed for place in targets):
             kind = "put"
-        objects = tuple(things)
+        self._check(kind, parts, targets)
+        objects = _without_both(parts.things)
+        if not objects and nested and not kind and not targets:
+            objects = (self._build.anything(nested[0]),)  # "not the red one"
+        if not objects and release and not targets:
+            objects = (self._build.held(action),)
+        if kind in NEEDS_TARGET and not targets and not release and nested and nested[-1].relation == "with":
+            targets, nested = [replace(nested[-1], kind="located", relation="near")], nested[:-1]  # "with the lemon"
+        targets, excluded = _exclusions_of_object(objects, targets)
+        nested = [*nested, *excluded]
         if objects and nested:
             objects = (*objects[:-1], attach(objects[-1], nested, self._timing))
         clause = Clause(
-            order=self._order(tree, kind, things),
+            order=self._order(tree, kind, parts.things),
             kind=kind,
             action_text=" ".join(token.text for token in action),
             action_span=self._timing.of(action) if action else None,
             objects=objects,
             release=release,
             tokens=tokens_of(tree),
+            excludes=any(place.kind == "excepted" for place in parts.leading),
+            distance_m=next((p.distance_m for p in (*targets, *nested) if p.distance_m), 0.0),
         )
-        return self._with_target(clause, targets)
+        self._kind_before = kind or self._kind_before
+        return self._with_way(self._with_target(clause, [place for place in targets if place.kind != "moved"]), action)
 
-    def _parts(self, tree: Tree) -> tuple[list[Token], list[Reference], list[Place]]:
+    def _read_topic(self, tree: Tree) -> Clause:
+        """Read "this cup here, put it on that plate"."""
+        parts = children(tree)
+        verb = next(i for i, part in enumerate(parts) if isinstance(part, lark.Token))
+        topic = self._parts(parts[:verb])
+        objects = tuple(topic.things)
+        objects = (*objects[:-1], attach(objects[-1], topic.following, self._timing))
+        rest = lark.Tree("active", parts[verb:])
+        return replace(self.read(rest), topic=objects)
+
+    def _parts(self, nodes: Sequence[Tree | lark.Token]) -> _Parts:
         """Collect verb tokens, things and places in spoken order."""
-        verbs: list[Token] = []
+        parts = _Parts()
+        for node in nodes:
+            if isinstance(node, lark.Token) or node.data in ("particles", "done"):
+                parts.verbs.extend(tokens_of(node))
+                continue
+            if node.data == "things":
+                parts.things.extend(self._things(node))
+                continue
+            going = any(token.tag == "GOING" for token in parts.verbs)
+            places = self._build.places(node) if node.data == "places" else (self._build.place(node),)
+            (parts.leading if not parts.things else parts.gone if going else parts.following).extend(places)
+        return parts
+
+    def _things(self, tree: Tree) -> list[Reference]:
+        """Read things in a row; "the cup, the red one" is one thing."""
         things: list[Reference] = []
-        places: list[Place] = []
-        for child in children(tree):
-            if isinstance(child, lark.Token) or child.data in ("particles", "done"):
-                verbs.extend(tokens_of(child))
-            elif child.data == "things":
-                things.extend(
-                    self._build.thing(grandchild) for grandchild in children(child) if isinstance(grandchild, lark.Tree)
-                )
-            elif child.data == "places":
-                places.extend(self._build.places(child))
+        joined = ""
+        for node in children(tree):
+            if isinstance(node, lark.Token):
+                joined = tokens_of(node)[0].text
+                continue
+            thing = self._build.thing(node)
+            apposed = joined == "." and thing.head in self._lexicon.raw["ones"] and not thing.deictic
+            if apposed and things[-1].concrete and len(things) == 1:
+                span = Span(things[-1].span.start_s, thing.span.end_s)
+                extra = replace(thing, text=" ".join([*thing.modifiers, things[-1].text]), head=things[-1].head)
+                modifiers = (*things[-1].modifiers, *thing.modifiers)
+                things[-1] = replace(extra, span=span, modifiers=modifiers, concrete=True, order=things[-1].order)
             else:
-                places.append(self._build.place(child))
-        return verbs, things, places
+                things.append(thing)
+        return things
 
     def _kind(self, verbs: Sequence[Token]) -> tuple[str, bool]:
         """Return the kind of action, and whether it lets go of what is held."""
@@ -126,26 +136,52 @@ class ClauseReader:
         if not named:
             return ("put" if verbs else ""), False
         verb = named[-1]
-        down = any(token.tag == "PARTICLE" and token.text == "down" for token in verbs)
-        return verb.value, verb.text in self._lexicon.releases or (verb.value == "put" and down)
+        ways = {token.text for token in verbs if token.tag == "PARTICLE"}
+        return verb.value, verb.text in self._lexicon.releases or (verb.value == "put" and bool(ways & _AWAY))
+
+    def _check(self, kind: str, parts: _Parts, targets: Sequence[Place]) -> None:
+        """Reject what only looks like a command: "bring me to the station"."""
+        first = parts.verbs[0] if parts.verbs else None
+        if first is not None and kind == "give" and not parts.things and any(place.things for place in targets):
+            raise NotInGrammarError(targets[0].tokens[0], ("NOUN",))
 
     def _order(self, tree: Tree, kind: str, things: Sequence[Reference]) -> str:
         """Return what is ordered rather than pointed out: an indefinite drink, or with "I want" anything unknown."""
         if kind not in ("want", "give", "take") or not things:
             return ""
-        definite = any(token.tag in ("DEICTIC", "PRONOUN") or token.text == "the" for token in tokens_of(tree))
+        definite = any(
+            token.tag in ("DEICTIC", "PRONOUN", "SAME") or token.text in self._lexicon.definite
+            for token in tokens_of(tree)
+        )
         sort = self._lexicon.noun_class.get(things[0].head, "unknown")
         if definite or not (sort == "drink" or (kind == "want" and sort == "unknown")):
             return ""
         return things[0].text
 
-    def _split(self, kind: str, things: list[Reference], places: list[Place]) -> tuple[list[Place], list[Place]]:
+    def _split(self, kind: str, parts: _Parts) -> tuple[list[Place], list[Place]]:
         """Tell where the thing is to go from which thing is meant: (target and what hangs on it, the object's own)."""
-        places = [place for place in places if place.kind != "recipient"]
+        leading, following, gone = ([p for p in places if p.kind != "recipient"] for places in _chains(parts))
+        excluded = [place for place in leading if place.kind == "excepted"]
+        leading = [place for place in leading if place.kind != "excepted"]
+        if gone:
+            return gone, following
+        if leading and parts.things:
+            return leading, [*excluded, *following]
+        if leading:
+            return leading, excluded
+        if not kind:  # a fragment tells which thing, not where to
+            return [], [*excluded, *following]
+        targets, nested = self._split_chain(kind, parts.things, following)
+        return targets, [*excluded, *nested]
+
+    def _split_chain(self, kind: str, things: list[Reference], places: list[Place]) -> tuple[list[Place], list[Place]]:
+        """Split the phrases behind a thing."""
         free = [
             index
             for index, place in enumerate(places)
-            if not place.restrictive and (kind not in _NO_TARGET or (place.directed and kind == "take"))
+            if not place.restrictive
+            and not _belongs_to_with(places, index)
+            and (kind not in _NO_TARGET or (place.directed and place.kind == "located" and kind == "take"))
         ]
         if kind == "take" and things and things[-1].deictic and places and places[-1].kind == "here":
             free = [len(places) - 1]  # "take this cup over there": the place is where to
@@ -161,29 +197,84 @@ class ClauseReader:
         if first.kind == "here":
             return replace(clause, target=self._build.area(first), relation=Relation(first.relation))
         if first.kind == "side":
+            # "to the left, next to the cup": the thing is where to
+            located = next((i for i, place in enumerate(rest) if place.kind in ("located", "between", "here")), None)
+            if located is not None:
+                return self._with_target(clause, rest[located:])
             return replace(clause, relation=Relation(first.relation))
+        return self._with_thing(clause, first, rest) if first.things else clause
+
+    def _with_thing(self, clause: Clause, first: Place, rest: Sequence[Place]) -> Clause:
         *others, last = first.things
         last = attach(last, rest, self._timing)
         relation = Relation(first.relation)
         if relation is Relation.BETWEEN and others:
             return replace(clause, target=others[0], reference2=last, relation=relation)
+        if relation is Relation.BETWEEN and last.quantity == 1 and not rest:
+            clause = replace(clause, lacks="target")
         if last.head in self._lexicon.place_nouns and last.deictic:
             here = last.deictic in ("this", "these")
-            return replace(clause, target=last, relation=Relation.HERE if here else Relation.THERE)
+            relation = Relation.HERE if here else Relation.THERE
         return replace(clause, target=last, relation=relation)
+
+    def _with_way(self, clause: Clause, action: Sequence[Token]) -> Clause:
+        """Read "push it away"."""
+        if clause.kind != "push" or clause.placed:
+            return clause
+        way = next((_WAYS[token.value] for token in action if token.tag == "PARTICLE" and token.value in _WAYS), None)
+        return replace(clause, relation=way) if way is not None else clause
+
+
+_AWAY = frozenset({"down", "back", "away"})
+
+
+def _chains(parts: _Parts) -> tuple[list[Place], list[Place], list[Place]]:
+    return parts.leading, parts.following, parts.gone
+
+
+def _belongs_to_with(places: Sequence[Place], index: int) -> bool:
+    """Whether a phrase is the end of "the plate with the lemon on it"."""
+    if index == 0 or not (places[index].things and places[index].things[0].anaphoric):
+        return False
+    before = places[index - 1]
+    return before.kind == "compared" and before.relation == "with"
+
+
+def _exclusions_of_object(things: Sequence[Reference], targets: Sequence[Place]) -> tuple[list[Place], list[Place]]:
+    """Take "except the green one" from the end of the target, unless it repeats the target's noun."""
+    heads = {thing.head for place in targets if place.kind != "excepted" for thing in place.things}
+    heads -= {thing.head for thing in things}
+    mine = [
+        place
+        for place in targets
+        if place.kind == "excepted" and things and not any(thing.head in heads for thing in place.things)
+    ]
+    return [place for place in targets if place not in mine], mine
+
+
+def _without_both(things: Sequence[Reference]) -> tuple[Reference, ...]:
+    """Let "both the apple and the pear" be one of each."""
+    if len(things) == 2 and things[0].quantity == 2 and things[1].quantity == 1:
+        return (replace(things[0], quantity=1), things[1])
+    return tuple(things)
 
 
 def _target_start(places: list[Place], free: list[int]) -> int:
     """Return which phrase of a chain says where to.
 
     "the cup next to the bottle on the plate": the last supporting phrase (in, on) is where things go and what
-    stands before it tells which thing; without one the first phrase is it. "Into", "onto" and "to" are always it.
+    stands before it tells which thing; without one the first phrase is it, but "on the left" tells which thing if
+    another phrase follows. "Into", "onto" and "to" are always it.
     """
-    directed = [index for index in free if places[index].directed]
+    directed = [index for index in free if places[index].directed and places[index].kind != "side"]
     if directed:
         return directed[0]
     pointed = [index for index in free if places[index].kind == "here"]
     if pointed and pointed[-1] == len(places) - 1:
         return pointed[-1]
-    supporting = [index for index in free if places[index].relation in SUPPORTING]
-    return supporting[-1] if supporting else free[0]
+    supporting = [index for index in free if places[index].relation in SUPPORTING and places[index].kind == "located"]
+    if supporting:
+        return supporting[-1]
+    telling = [index for index in free if places[index].kind == "side" and not places[index].directed]
+    going = [index for index in free if index not in telling]
+    return going[0] if going else free[-1]

@@ -1,39 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sentences to commands: dialogue acts, several clauses, what is carried over from one to the next."""
+"""Sentences to commands with the grammar of a language pack."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import cache
 
 import lark
 
 from uncom_language.parser import repair
-from uncom_language.parser.clauses import Clause, ClauseReader
+from uncom_language.parser.acts import ActReader
+from uncom_language.parser.clause import Clause
+from uncom_language.parser.clauses import ClauseReader
+from uncom_language.parser.discourse import Utterance, combine
 from uncom_language.parser.grammar import NotInGrammarError, Tree, children, load_grammar, parse_tokens
 from uncom_language.parser.lexicon import Lexicon, load_lexicon
-from uncom_language.parser.references import Timing
-from uncom_language.parser.tagger import Item, Tagger, split_text, without_fillers
+from uncom_language.parser.places import Timing
+from uncom_language.parser.tagger import Tagger, split_text, without_fillers
+from uncom_language.parser.tokens import Item, Token
 from uncom_language.types import Act, Command, Primitive, Relation, Span, Transcript
 
 BACKEND = "grammar"
-_ACTS = {"stop": Act.STOP, "cancel": Act.CANCEL, "yes": Act.YES, "no": Act.NO}
-_ASKS = {
-    "action": "the action is missing: what shall I do with {part}?",
-    "object": "the object is missing: what shall I {part}?",
-    "target": "the target is missing: where shall I {part}?",
-}
 # Text without sound gets even times, so that everything that follows is the same for both.
 _WORD_S = 0.4
-
-
-@dataclass(frozen=True, slots=True)
-class _Utterance:
-    """What is the same for all commands of an utterance."""
-
-    id: str
-    text: str
+# How many other readings of ambiguous words are tried before a sentence is refused.
+_READINGS = 8
+# What a sentence that breaks off may end with.
+_BEGUN = frozenset({"DETERMINER", "RELATION", "TO", "SOURCE", "BETWEEN", "AND", "DISTANCE", "ADJECTIVE", "OTHER"})
+_BEGUN_PLACES = frozenset({"RELATION", "TO", "BETWEEN"})
 
 
 @cache
@@ -53,6 +48,7 @@ class GrammarParser:
         """
         self.lexicon: Lexicon = load_lexicon(language)
         self._tagger = Tagger(self.lexicon)
+        self._acts = ActReader(self.lexicon, self._parses)
         load_grammar(language)
 
     @property
@@ -68,56 +64,27 @@ class GrammarParser:
             spans: start and end [s] of every word of `text`, in order.
             utterance_id: repeated in every command.
         """
-        said = _Utterance(utterance_id, " ".join(text.split()))
         items = split_text(text)
-        acts, items = self._leading_act(items)
-        found = [self._act(said, act) for act in acts]
-        if items and not (found and found[-1].act in (Act.STOP, Act.CANCEL)):
-            found.extend(self._clauses(said, items, Timing(tuple(spans)), answered=bool(found)))
+        opening = self._acts.read(items)
+        said = Utterance(utterance_id, " ".join(text.split()), opening.amends)
+        found: list[Command] = []
+        refusal = self._acts.refusal(items) if opening.act is None else ""
+        if refusal:
+            found = [_refused(said, f"{said.text!r}: {refusal}")]
+        elif opening.rest:
+            found = self._clauses(said, opening.rest, Timing(tuple(spans)), answered=opening.act is not None)
+        amended = any(command.act is Act.CORRECTION for command in found)
+        if opening.act in (Act.YES, Act.NO) and found and found[-1].act is Act.REFUSED:
+            # "No, that is not what I meant" is a no; "yes, but ..." is no consent to be relied on.
+            found = [] if opening.act is Act.NO else found
+            amended = opening.act is Act.YES
+        if opening.act is not None and not amended:
+            found = [Command(said.id, opening.act, said.text), *found]
         if not found:
-            found = [self._refused(said, "I heard no words that tell me what to do")]
+            found = [_refused(said, "I heard no words that tell me what to do")]
         return tuple(
             replace(command, index=index, count=len(found), backend=self.backend) for index, command in enumerate(found)
         )
-
-    # --- dialogue acts ----------------------------------------------------------------------------
-
-    def _leading_act(self, items: tuple[Item, ...]) -> tuple[list[Act], tuple[Item, ...]]:
-        """Take a dialogue act off the front; all of the utterance may be one."""
-        lexicon = self.lexicon
-        words = tuple(item.text for item in items if not item.is_break)
-        if words in lexicon.acts:
-            return [_ACTS[lexicon.acts[words]]], ()
-        if words in lexicon.social:
-            return [], items
-        bare = tuple(item.text for item in without_fillers(items, lexicon) if not item.is_break)
-        acts, rest = self._only_acts(bare or words)
-        if acts and not rest:
-            return [_most_careful(acts)], ()
-        if acts and acts[0] is Act.STOP and not self._parses(items):
-            return [Act.STOP], ()
-        if acts and acts[0] in (Act.YES, Act.NO):
-            length = self._act_length(items)
-            remainder = tuple(item for item in items[length:])
-            while remainder and remainder[0].is_break:
-                remainder = remainder[1:]
-            if length and remainder and self._parses(remainder):
-                return [acts[0]], remainder
-        return [], items
-
-    def _only_acts(self, words: tuple[str, ...]) -> tuple[list[Act], tuple[str, ...]]:
-        acts: list[Act] = []
-        while words:
-            length = next((n for n in range(min(len(words), 5), 0, -1) if words[:n] in self.lexicon.acts), 0)
-            if not length:
-                break
-            acts.append(_ACTS[self.lexicon.acts[words[:length]]])
-            words = words[length:]
-        return acts, words
-
-    def _act_length(self, items: tuple[Item, ...]) -> int:
-        words = tuple(item.text for item in items)
-        return next((n for n in range(min(len(words), 5), 0, -1) if words[:n] in self.lexicon.acts), 0)
 
     def _parses(self, items: tuple[Item, ...]) -> bool:
         try:
@@ -126,46 +93,84 @@ class GrammarParser:
             return False
         return True
 
-    # --- clauses ----------------------------------------------------------------------------------
-
     def _tree(self, items: tuple[Item, ...]) -> Tree:
+        """Parse words; where the likeliest classes make no sentence, others are tried.
+
+        Raises:
+            NotInGrammarError: they are no sentence.
+        """
         kept = without_fillers(items, self.lexicon)
         tokens = self._tagger.tag(kept)
         if not tokens:
             raise NotInGrammarError(None, ())
-        return parse_tokens(tokens, self.lexicon.language)
+        try:
+            return parse_tokens(tokens, self.lexicon.language)
+        except NotInGrammarError as error:
+            for number, (token, tag) in enumerate(self._other_readings(kept, tokens, error)):
+                if number == _READINGS:
+                    break
+                try:
+                    return parse_tokens(self._tagger.tag(kept, {token.first: tag}), self.lexicon.language)
+                except NotInGrammarError:
+                    continue
+            raise
 
-    def _clauses(self, said: _Utterance, items: tuple[Item, ...], timing: Timing, *, answered: bool) -> list[Command]:
-        words = tuple(item.text for item in items if not item.is_break)
-        if words in self.lexicon.social:
-            return [self._refused(said, f"{said.text!r} is no command for me")]
-        if any(words[: len(negation)] == negation for negation in self.lexicon.negations):
-            return [self._refused(said, "I was told not to do something; I do nothing")]
+    def _other_readings(
+        self, items: Sequence[Item], tokens: list[Token], error: NotInGrammarError
+    ) -> Iterator[tuple[Token, str]]:
+        """Yield other classes for the word that does not fit and for the two before it."""
+        misfit = next((i for i, token in enumerate(tokens) if token is error.token), len(tokens) - 1)
+        for position in range(misfit, max(-1, misfit - 3), -1):
+            if tokens[position].text != ".":
+                for tag in self._tagger.other_tags(items, tokens[position]):
+                    yield tokens[position], tag
+
+    def _clauses(self, said: Utterance, items: tuple[Item, ...], timing: Timing, *, answered: bool) -> list[Command]:
+        refusal = self._acts.refusal(items)
+        if refusal:
+            return [_refused(said, f"{said.text!r}: {refusal}")]
         reading = repair.best_reading(items, self.lexicon, self._tagger)
         try:
-            tree = self._tree(reading.items)
-            reader = ClauseReader(self.lexicon, timing)
-            clauses = [reader.read(child) for child in children(tree) if isinstance(child, lark.Tree)]
+            clauses = self._read(reading.items, timing)
         except NotInGrammarError as error:
-            return [self._refused(said, _why_refused(error, said.text))]
+            clauses = self._broken_off(reading.items, timing)
+            if not clauses:
+                return [_refused(said, _why_refused(error, said.text))]
         ordered = next((clause.order for clause in clauses if clause.order), "")
         if ordered:
-            return [self._refused(said, f"{ordered!r} is nothing that I could bring from this table")]
-        commands = _combine(said, clauses)
+            return [_refused(said, f"{ordered!r} is nothing that I could bring from this table")]
+        commands = combine(said, clauses)
         if all(command.act is Act.INCOMPLETE and not _names_thing(command) for command in commands) and not answered:
-            return [self._refused(said, f"{said.text!r} is no command for me")]
+            return [_refused(said, f"{said.text!r} is no command for me")]
         return [replace(command, notes=(*command.notes, *reading.notes)) for command in commands]
 
-    def _act(self, said: _Utterance, act: Act) -> Command:
-        return Command(said.id, act, said.text)
+    def _read(self, items: tuple[Item, ...], timing: Timing) -> list[Clause]:
+        tree = self._tree(items)
+        reader = ClauseReader(self.lexicon, timing)
+        return [reader.read(child) for child in children(tree) if isinstance(child, lark.Tree)]
 
-    def _refused(self, said: _Utterance, reason: str) -> Command:
-        return Command(said.id, Act.REFUSED, said.text, reason=reason)
+    def _broken_off(self, items: tuple[Item, ...], timing: Timing) -> list[Clause]:
+        """Read a sentence that ends within a phrase ("put the cup on the"); nothing if it is none."""
+        kept = without_fillers(items, self.lexicon)
+        begun: list[Token] = []
+        tokens = self._tagger.tag(kept)
+        while tokens and tokens[-1].tag in _BEGUN:
+            begun.append(tokens.pop())
+        if not begun or not any(token.tag == "VERB" for token in tokens):
+            return []
+        try:
+            clauses = self._read(tuple(item for item in kept if item.index <= tokens[-1].last), timing)
+        except NotInGrammarError:
+            return []
+        place = next((token for token in begun if token.tag in _BEGUN_PLACES), None)
+        if place is not None:
+            relation = Relation(place.value) if place.tag == "RELATION" else Relation.NONE
+            clauses[-1] = replace(clauses[-1], lacks="target", relation=relation, target=None)
+        return clauses
 
 
-def _most_careful(acts: list[Act]) -> Act:
-    """Return the act that moves the robot least when several are said at once."""
-    return next(act for act in (Act.STOP, Act.CANCEL, Act.NO, Act.YES) if act in acts)
+def _refused(said: Utterance, reason: str) -> Command:
+    return Command(said.id, Act.REFUSED, said.text, reason=reason)
 
 
 def _why_refused(error: NotInGrammarError, text: str) -> str:
@@ -178,92 +183,6 @@ def _why_refused(error: NotInGrammarError, text: str) -> str:
 
 def _names_thing(command: Command) -> bool:
     return command.object is not None or command.primitive is not Primitive.NONE
-
-
-def _combine(said: _Utterance, clauses: Sequence[Clause]) -> list[Command]:
-    """Join "take X" with "put it there", carry pronouns and verbs over, and split things that go together."""
-    commands: list[Command] = []
-    held: Clause | None = None
-    previous: Clause | None = None
-    for position, clause in enumerate(clauses):
-        current = _with_verb_of(clause, previous)
-        following = clauses[position + 1] if position + 1 < len(clauses) else None
-        if current.kind == "take" and following is not None and _continues(following):
-            held = _resolved(current, previous)
-            previous = held
-            continue
-        current = _resolved(current, held or previous)
-        commands.extend(_commands_of(said, current))
-        previous, held = current, None
-    return commands
-
-
-def _continues(clause: Clause) -> bool:
-    """Whether a clause ends what "take X" began: it moves "it" on, and does not pick it again."""
-    if clause.kind in ("", "take", "point"):
-        return clause.kind == "" and not clause.objects and clause.target is not None
-    return all(thing.anaphoric for thing in clause.objects)
-
-
-def _with_verb_of(clause: Clause, previous: Clause | None) -> Clause:
-    """Fill a fragment ("... and the apple on the plate") with the verb before it."""
-    if clause.kind or previous is None:
-        return clause
-    kind = "put" if previous.kind == "take" and clause.target is not None else previous.kind
-    objects = clause.objects or previous.objects
-    return replace(
-        clause, kind=kind, action_text=previous.action_text, action_span=previous.action_span, objects=objects
-    )
-
-
-def _resolved(clause: Clause, before: Clause | None) -> Clause:
-    """Replace "it" and "them" by what was spoken of before."""
-    if before is None or not before.objects:
-        return clause
-    objects = clause.objects
-    if not objects and clause.kind in ("put", "stack", "pour", "push", "give"):
-        objects = tuple(replace(thing, anaphoric=True) for thing in before.objects)
-    elif any(thing.anaphoric for thing in objects):
-        objects = tuple(
-            replace(old, anaphoric=True, order=thing.order) if thing.anaphoric else thing
-            for thing in objects
-            for old in (before.objects if thing.anaphoric else (thing,))
-        )
-    target = clause.target
-    if target is not None and target.anaphoric:
-        inside = clause.relation in (Relation.IN, Relation.ON)
-        old_target = before.target if before.target is not None and before.target.concrete else None
-        antecedent = old_target if inside and old_target is not None else before.objects[0]
-        target = replace(antecedent, anaphoric=True, order=target.order)
-    return replace(clause, objects=objects, target=target)
-
-
-def _commands_of(said: _Utterance, clause: Clause) -> list[Command]:
-    missing = clause.missing
-    command = Command(
-        utterance_id=said.id,
-        act=Act.INCOMPLETE if missing else Act.COMMAND,
-        text=said.text,
-        action_text=clause.action_text,
-        primitive=clause.primitive,
-        action_span=clause.action_span,
-        target=clause.target,
-        reference2=clause.reference2,
-        relation=clause.relation,
-        reason=_ask(clause, missing),
-    )
-    if clause.kind == "stack" and clause.target is not None and command.relation is Relation.NONE:
-        command = replace(command, relation=Relation.ON)
-    return [replace(command, object=thing) for thing in clause.objects] or [command]
-
-
-def _ask(clause: Clause, missing: str) -> str:
-    if not missing:
-        return ""
-    if missing == "action":
-        return _ASKS[missing].format(part=clause.objects[0].text if clause.objects else "it")
-    what = clause.objects[0].text if clause.objects else ""
-    return _ASKS[missing].format(part=" ".join(filter(None, [clause.action_text, what])))
 
 
 def even_spans(count: int) -> tuple[Span, ...]:

@@ -11,7 +11,7 @@ import lark
 from lark.lexer import Lexer
 
 from uncom_language.parser.lexicon import PACKS
-from uncom_language.parser.tagger import Token
+from uncom_language.parser.tokens import Token
 
 # Lark's own annotations are not seen by mypy here (follow_imports = skip).
 Tree = lark.Tree

@@ -47,6 +47,17 @@ class Lexicon:
     negations: frozenset[Phrase]
     function_words: frozenset[str]
     releases: frozenset[str]
+    amends: frozenset[Phrase]
+    amends_after: frozenset[Phrase]
+    questions: frozenset[Phrase]
+    idioms: frozenset[Phrase]
+    numbers: Mapping[Phrase, float]
+    units: Mapping[str, float]
+    before_distance: frozenset[Phrase]
+    directed: frozenset[str]
+    definite: frozenset[str]
+    one: str
+    head_index: int
     raw: Mapping[str, Any] = field(repr=False)
 
     def longest_match(self, words: tuple[str, ...], start: int) -> tuple[int, tuple[Meaning, ...]]:
@@ -122,8 +133,7 @@ def lexicon_from_data(language: str, raw: Mapping[str, Any]) -> Lexicon:
             held = table.setdefault(phrase(plural), [])
             if all(meaning.tag != "NOUN" for meaning in held):
                 held.append(Meaning("NOUN", noun, "plural"))
-    fillers = {phrase(text) for text in raw["fillers"]}
-    repairs = {phrase(text) for text in raw["repairs"]}
+    fillers, repairs = _phrases(raw, "fillers"), _phrases(raw, "repairs")
     return Lexicon(
         language=language,
         phrases={key: tuple(value) for key, value in table.items()},
@@ -133,16 +143,31 @@ def lexicon_from_data(language: str, raw: Mapping[str, Any]) -> Lexicon:
         place_nouns=frozenset(raw["place_nouns"]),
         singular=singular,
         acts={phrase(text): act for act, texts in raw["acts"].items() for text in texts},
-        social=frozenset(phrase(text) for text in raw["social"]),
-        fillers=frozenset(fillers),
-        hesitations=frozenset(phrase(text) for text in raw["hesitations"]),
+        social=_phrases(raw, "social"),
+        fillers=fillers,
+        hesitations=_phrases(raw, "hesitations"),
         determiners=frozenset([*raw["determiners"], *raw["deictics"]]),
-        repairs=frozenset(repairs),
-        negations=frozenset(phrase(text) for text in raw["negations"]),
+        repairs=repairs,
+        negations=_phrases(raw, "negations"),
         function_words=frozenset(raw["function_words"]),
         releases=frozenset(raw["releases"]),
+        amends=_phrases(raw, "amends"),
+        amends_after=_phrases(raw, "amends_after"),
+        questions=_phrases(raw, "questions"),
+        idioms=_phrases(raw, "idioms"),
+        numbers={phrase(text): float(value) for text, value in raw["numbers"].items()},
+        units={unit: float(value) for unit, value in raw["units"].items()},
+        before_distance=_phrases(raw, "before_distance"),
+        directed=frozenset(raw["directed"]),
+        definite=frozenset(raw["definite"]),
+        one=str(raw["ones"][0]),
+        head_index=-1 if raw["head"] == "last" else 0,
         raw=raw,
     )
+
+
+def _phrases(raw: Mapping[str, Any], section: str) -> frozenset[Phrase]:
+    return frozenset(phrase(text) for text in raw[section])
 
 
 def _nouns(raw: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -168,10 +193,25 @@ def _entries(raw: Mapping[str, Any]) -> Iterator[tuple[str, Meaning]]:
     for section, tag in _LISTED_SECTIONS.items():
         for value, texts in raw[section].items():
             yield from _each(texts, tag, value)
-    for prefix, section in (("same", "same_templates"), ("different", "different_templates")):
-        for value, words in raw["same"].items():
-            for template in raw[section]:
-                yield from _each([template.replace("X", word) for word in words], "COMPARED", f"{prefix}_{value}")
+    for text, number in raw["ordinals"].items():
+        yield text, Meaning("ADJECTIVE", "ordinal", number)
+    for canonical, counted in raw["pronouns"].items():
+        for text, count in counted.items():
+            yield text, Meaning("PRONOUN", count, canonical)
+    yield from _likenesses(raw)
+
+
+def _likenesses(raw: Mapping[str, Any]) -> Iterator[tuple[str, Meaning]]:
+    """Yield "with the same colour as", "with a different size than", "of this shape"."""
+    for value, words in raw["same"].items():
+        for word in words:
+            for prefix, section in (("same", "same_templates"), ("other", "different_templates")):
+                yield from _each(
+                    [template.replace("X", word) for template in raw[section]], "COMPARED", f"{prefix}_{value}"
+                )
+            for deictic in raw["deictics"]:
+                made = [template.replace("X", deictic).replace("Y", word) for template in raw["these_templates"]]
+                yield from _each(made, "LIKETHIS", f"same_{value}", deictic)
 
 
 _PLAIN_SECTIONS = {
@@ -188,11 +228,22 @@ _PLAIN_SECTIONS = {
     "joins": "AND",
     "thens": "THEN",
     "of": "OF",
+    "persons": "PERSON",
+    "as": "AS",
+    "except": "EXCEPT",
+    "not": "NOT",
+    "relative_not": "RELATIVE_NOT",
 }
-_VALUED_SECTIONS = {"counts": "COUNT", "deictics": "DEICTIC", "pronouns": "PRONOUN", "sources": "SOURCE"}
-_LISTED_SECTIONS = {"relations": "RELATION", "places": "PLACE", "sides": "SIDE", "comparisons": "COMPARED"}
+_VALUED_SECTIONS = {"counts": "COUNT", "deictics": "DEICTIC", "sources": "SOURCE", "distances": "DISTANCE"}
+_LISTED_SECTIONS = {
+    "relations": "RELATION",
+    "places": "PLACE",
+    "sides": "SIDE",
+    "comparisons": "COMPARED",
+    "same_before": "SAME",
+}
 
 
-def _each(texts: Iterable[str], tag: str, value: str) -> Iterator[tuple[str, Meaning]]:
+def _each(texts: Iterable[str], tag: str, value: str, detail: str = "") -> Iterator[tuple[str, Meaning]]:
     for text in texts:
-        yield text, Meaning(tag, value)
+        yield text, Meaning(tag, value, detail)

@@ -4,48 +4,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import pairwise
 from typing import Any, cast
 
 import lark
 
 from uncom_language.parser.grammar import NotInGrammarError, Tree, children
 from uncom_language.parser.lexicon import Lexicon
-from uncom_language.parser.tagger import Token
-from uncom_language.types import Reference, Span
-
-# Locating relations in which a thing lies in or on another; in a chain of phrases these are where things are put.
-SUPPORTING = frozenset({"in", "on"})
-
+from uncom_language.parser.places import Place, Timing
+from uncom_language.parser.tokens import Token
+from uncom_language.types import Reference
 
 # "another cup" is a determiner, "the other cup" a quality.
 _OTHER_DETERMINERS = frozenset({"another", "different", "rest of"})
-
-
-@dataclass(frozen=True, slots=True)
-class Place:
-    """One locating phrase: "in the bowl", "between A and B", "here", "on the left", "similar to this", "to me"."""
-
-    kind: str  # located, between, side, here, recipient, compared, pointed
-    relation: str
-    tokens: tuple[Token, ...]
-    things: tuple[Reference, ...] = ()
-    text: str = ""
-    restrictive: bool = False  # "the cup that is ...": tells which thing, never where to
-    directed: bool = False  # "into", "onto", "to": where to, never which thing
-
-
-@dataclass(frozen=True, slots=True)
-class Timing:
-    """Start and end [s] of every word of the utterance."""
-
-    spans: tuple[Span, ...]
-
-    def of(self, tokens: Sequence[Token]) -> Span:
-        """Return the span from the first to the last word of tokens."""
-        first = min(token.first for token in tokens)
-        last = max(token.last for token in tokens)
-        return Span(self.spans[first].start_s, self.spans[last].end_s)
+_LEADING = frozenset({"DETERMINER", "DEICTIC", "SAME"})
+_SPOKEN = frozenset({"OTHER", "ADJECTIVE", "NOUN", "ONE", "PERSON"})
 
 
 def tokens_of(tree: Tree | lark.Token) -> tuple[Token, ...]:
@@ -62,6 +36,10 @@ def _token(leaf: lark.Token) -> Token:
     return value
 
 
+def _first(tokens: Sequence[Token], tag: str) -> Token | None:
+    return next((token for token in tokens if token.tag == tag), None)
+
+
 class ReferenceBuilder:
     """Builds references and places of one utterance."""
 
@@ -71,30 +49,34 @@ class ReferenceBuilder:
         self._timing = timing
         self._next_order = 0
 
-    def thing(self, tree: Tree) -> Reference:
-        """Read a `thing` of the grammar."""
-        tokens = tokens_of(tree)
-        if all(token.tag == "DETERMINER" for token in tokens):
-            raise NotInGrammarError(tokens[-1], ("NOUN",))
-        order = self._next_order
+    def _order(self) -> int:
         self._next_order += 1
+        return self._next_order - 1
+
+    def thing(self, tree: Tree) -> Reference:
+        """Read a `thing` of the grammar.
+
+        Raises:
+            NotInGrammarError: a determiner alone, or one behind an adjective ("open the door").
+        """
+        inner = next((part for part in children(tree) if isinstance(part, lark.Tree) and part.data == "of"), None)
+        if inner is not None:
+            return self._one_of(tree, inner)
+        tokens = tokens_of(tree)
+        order = self._order()
         head, nouns, of_thing = self._nouns(tree)
         flat = tokens if of_thing is None else tokens[: len(tokens) - len(of_thing)]
+        _check_order(flat)
         qualities = tuple(token for token in flat if token.tag == "ADJECTIVE")
-        deictic = next((token for token in flat if token.tag == "DEICTIC"), None)
-        pronoun = next((token for token in flat if token.tag == "PRONOUN"), None)
+        deictic, pronoun, same = _first(flat, "DEICTIC"), _first(flat, "PRONOUN"), _first(flat, "SAME")
+        ordinal = next((token for token in qualities if token.value == "ordinal"), None)
         named = head is not None and head.tag == "NOUN" and head.value not in self._lexicon.generic
         concrete = named and head is not None and head.value not in self._lexicon.place_nouns
-        modifiers = (*qualities, *nouns[:-1])
-        spoken = [token for token in flat if token.tag in ("OTHER", "ADJECTIVE", "NOUN", "ONE", "PRONOUN")]
-        spoken = [token for token in spoken if token.tag != "OTHER" or token.text not in _OTHER_DETERMINERS]
-        words = [token.text for token in spoken]
-        if deictic is not None and not concrete:
-            words.insert(0, deictic.value)
         tail = f" {' '.join(token.text for token in of_thing)}" if of_thing else ""
+        modifiers = (*(token for token in qualities if token is not ordinal), *nouns[:-1])
         return Reference(
-            text=(" ".join(words) or " ".join(token.text for token in flat)) + tail,
-            head=self._head_word(head, pronoun, deictic, qualities, flat),
+            text=self._text(flat, deictic, pronoun, concrete=concrete) + tail,
+            head=_head_word(head, pronoun, deictic, qualities, flat),
             span=self._timing.of(tokens),
             modifiers=tuple(token.text for token in modifiers) + ((tail.strip(),) if tail else ()),
             concrete=concrete,
@@ -102,9 +84,37 @@ class ReferenceBuilder:
             deictic_span=self._timing.of([deictic]) if deictic else None,
             anaphoric=pronoun is not None,
             other=any(token.tag == "OTHER" for token in flat),
-            quantity=self._quantity(flat, head, deictic, pronoun),
+            quantity=_quantity(flat, head, deictic, pronoun),
             order=order,
+            ordinal=int(ordinal.detail) if ordinal else 0,
+            comparison=same.value if same else "",
         )
+
+    def _one_of(self, tree: Tree, inner: Tree) -> Reference:
+        """Read "the smallest of the apples": an apple, of which one is meant."""
+        group = self.thing(next(part for part in children(inner) if isinstance(part, lark.Tree)))
+        tokens = tokens_of(tree)
+        flat = tokens[: len(tokens) - len(tokens_of(inner))]
+        ordinal = next((token for token in flat if token.value == "ordinal"), None)
+        qualities = tuple(token.text for token in flat if token.tag == "ADJECTIVE" and token is not ordinal)
+        return replace(
+            group,
+            text=" ".join(token.text for token in tokens if token is not tokens[0] or token.tag != "DETERMINER"),
+            span=self._timing.of(tokens),
+            modifiers=(*qualities, *group.modifiers),
+            ordinal=int(ordinal.detail) if ordinal else 0,
+            quantity=1,
+        )
+
+    def _text(self, tokens: Sequence[Token], deictic: Token | None, pronoun: Token | None, *, concrete: bool) -> str:
+        """Return the words without determiner and count; a pointing word stays where nothing is named."""
+        if pronoun is not None:
+            return pronoun.detail
+        spoken = [token for token in tokens if token.tag in _SPOKEN]
+        words = [token.text for token in spoken if token.tag != "OTHER" or token.text not in _OTHER_DETERMINERS]
+        if deictic is not None and not concrete:
+            words.insert(0, deictic.value)
+        return " ".join(words) or " ".join(token.text for token in tokens)
 
     def _nouns(self, tree: Tree) -> tuple[Token | None, tuple[Token, ...], tuple[Token, ...] | None]:
         """Return the head, the noun tokens, and the tokens of an "of ..." phrase."""
@@ -113,77 +123,71 @@ class ReferenceBuilder:
         )
         if group is None:
             return None, (), None
-        nouns = tuple(
-            _token(child)
-            for child in children(group)
-            if isinstance(child, lark.Token) and child.type in ("NOUN", "ONE")
-        )
-        inner = next((child for child in children(group) if isinstance(child, lark.Tree)), None)
+        parts = children(group)
+        nouns = tuple(_token(part) for part in parts if isinstance(part, lark.Token) and part.type in ("NOUN", "ONE"))
+        head = nouns[self._lexicon.head_index]
+        if self._lexicon.head_index == 0:  # the last noun is the head unless a language says otherwise
+            nouns = (*nouns[1:], head)
+        inner = next((part for part in parts if isinstance(part, lark.Tree)), None)
         if inner is None:
-            return nouns[-1], nouns, None
-        of_token = next(
-            _token(child) for child in children(group) if isinstance(child, lark.Token) and child.type == "OF"
-        )
-        return nouns[-1], nouns, (of_token, *tokens_of(inner))
-
-    @staticmethod
-    def _head_word(
-        head: Token | None,
-        pronoun: Token | None,
-        deictic: Token | None,
-        qualities: tuple[Token, ...],
-        tokens: tuple[Token, ...],
-    ) -> str:
-        for token in (head, pronoun, deictic):
-            if token is not None:
-                return token.value if token.tag in ("NOUN", "DEICTIC") else token.text
-        return qualities[-1].text if qualities else tokens[-1].text
-
-    def _quantity(
-        self, tokens: tuple[Token, ...], head: Token | None, deictic: Token | None, pronoun: Token | None
-    ) -> int:
-        """Return how many are meant; 0 is all of them."""
-        counts = [int(token.value) for token in tokens if token.tag == "COUNT"]
-        if counts:
-            return counts[0]
-        if pronoun is not None:
-            return int(pronoun.value)
-        plural = head is not None and (head.detail == "plural" or head.text == "ones")
-        plural = plural or (deictic is not None and deictic.value in ("these", "those"))
-        plural = plural or (head is None and any(token.text == "others" for token in tokens))
-        return 0 if plural else 1
+            return head, nouns, None
+        of_token = next(_token(part) for part in parts if isinstance(part, lark.Token) and part.type == "OF")
+        return head, nouns, (of_token, *tokens_of(inner))
 
     def places(self, tree: Tree) -> tuple[Place, ...]:
         """Read a chain of locating phrases."""
         return tuple(self.place(child) for child in children(tree) if isinstance(child, lark.Tree))
 
     def place(self, tree: Tree) -> Place:
-        """Read one locating phrase."""
+        """Read one locating, comparing or excluding phrase."""
+        inner = [child for child in children(tree) if isinstance(child, lark.Tree)]
+        tokens = tokens_of(tree)
         if tree.data == "which":
-            inner = [child for child in children(tree) if isinstance(child, lark.Tree)]
             if inner:
                 return replace(self.place(inner[0]), restrictive=True)
-            tokens = tokens_of(tree)
             return Place("quality", "", tokens, text=" ".join(token.text for token in tokens[1:]), restrictive=True)
-        leaves = [_token(child) for child in children(tree) if isinstance(child, lark.Token)]
+        if tree.data == "moved":
+            made = replace(self.place(inner[0]), tokens=tokens) if inner else Place("moved", "", tokens)
+            return replace(made, distance_m=float(tokens[0].value))
+        if tree.data in ("excepted", "which_not"):
+            things = (self.thing(inner[0]),) if inner[0].data == "thing" else ()
+            text = " ".join(token.text for token in tokens[1:])
+            return Place("excepted", "", tokens, things, text, restrictive=True)
+        return self._plain_place(tree, tokens)
+
+    def _plain_place(self, tree: Tree, tokens: tuple[Token, ...]) -> Place:
+        # The marking word comes first or last, as the language has it.
+        mark = next(_token(child) for child in children(tree) if isinstance(child, lark.Token))
         things = tuple(
             self.thing(child) for child in children(tree) if isinstance(child, lark.Tree) and child.data == "thing"
         )
-        first = leaves[0]
-        kind, relation = str(tree.data), first.value
+        kind, relation = str(tree.data), mark.value
         if kind == "between":
             relation = "between"
-        if first.tag == "TO" or relation == "from":
+        if kind == "likeness":
+            things = (self._pointed(mark),)
+        if mark.tag == "TO" or relation == "from":
             relation = self._by_class(things[0])
         return Place(
             kind=kind,
-            relation=relation,
-            tokens=tokens_of(tree),
+            relation="" if mark.tag == "AS" else relation,
+            tokens=tokens,
             things=things,
-            text=first.text,
-            restrictive=kind in ("compared", "pointed") or first.tag == "SOURCE",
-            directed=first.tag == "TO" or first.text in ("into", "onto", "in to", "on to"),
+            text=mark.text,
+            restrictive=kind in ("compared", "likeness", "pointed") or mark.tag == "SOURCE",
+            directed=mark.tag == "TO" or mark.text in self._lexicon.directed,
         )
+
+    def _pointed(self, token: Token) -> Reference:
+        """Return the pointing word within "of this colour" as a thing of its own."""
+        span = self._timing.of([token])
+        word = token.detail
+        return Reference(
+            word, word, span, concrete=False, deictic=self._deictic(word), deictic_span=span, order=self._order()
+        )
+
+    def _deictic(self, word: str) -> str:
+        return str(self._lexicon.raw["deictics"].get(word, word))
 
     def _by_class(self, thing: Reference) -> str:
         """Read "to" and "from": into a container, onto a surface, near anything else."""
@@ -192,52 +196,53 @@ class ReferenceBuilder:
 
     def area(self, place: Place) -> Reference:
         """Return "here" or "there" as a target of its own."""
-        token = place.tokens[0]
-        order = self._next_order
-        self._next_order += 1
-        span = self._timing.of(place.tokens)
-        return Reference(
-            text=token.value,
-            head=token.value,
-            span=span,
-            concrete=False,
-            deictic=token.value,
-            deictic_span=span,
-            order=order,
-        )
+        span = self._timing.of([token for token in place.tokens if token.tag != "DISTANCE"])
+        word = place.relation
+        return Reference(word, word, span, concrete=False, deictic=word, deictic_span=span, order=self._order())
+
+    def held(self, tokens: Sequence[Token]) -> Reference:
+        """Return what the hand holds: "let go"."""
+        word = next(iter(self._lexicon.raw["pronouns"]))
+        return Reference(word, word, self._timing.of(tokens), concrete=False, anaphoric=True, order=self._order())
+
+    def anything(self, place: Place) -> Reference:
+        """Return the unnamed thing that a phrase alone speaks of: "not the red one"."""
+        word = self._lexicon.one
+        return Reference(word, word, self._timing.of(place.tokens), concrete=False, order=self._order())
 
 
-def attach(thing: Reference, places: Sequence[Place], timing: Timing) -> Reference:
-    """Hang locating phrases on a thing; the later ones hang on the things of the earlier ones."""
-    result = thing
-    if not places:
-        return result
-    first, rest = places[0], tuple(places[1:])
-    if first.kind in ("located", "between", "compared") and first.things:
-        if first.kind == "compared" and first.relation == "with":
-            text = " ".join(token.text for token in first.tokens)
-            result = replace(result, modifiers=(*result.modifiers, text))
-        else:
-            *others, last = first.things
-            anchor = attach(last, rest, timing)
-            if others:  # between A and B: B hangs on A
-                anchor = replace(others[0], anchor=anchor, anchor_relation="and")
-            return replace(_widened(result, first, timing), anchor_relation=first.relation, anchor=anchor)
-    elif first.kind in ("here", "pointed"):
-        span = timing.of(first.tokens)
-        word = first.relation if first.kind == "here" else "this"
-        if not result.deictic:
-            result = replace(result, deictic=word, deictic_span=span)
-    elif first.kind == "side":
-        text = " ".join(token.text for token in first.tokens)
-        result = replace(result, text=f"{result.text} {text}", modifiers=(*result.modifiers, text))
-    elif first.kind == "quality":
-        result = replace(result, modifiers=(*result.modifiers, first.text))
-    return attach(_widened(result, first, timing), rest, timing)
+def _check_order(tokens: Sequence[Token]) -> None:
+    """Reject a determiner with nothing behind it, or behind an adjective."""
+    if all(token.tag == "DETERMINER" for token in tokens):
+        raise NotInGrammarError(tokens[-1], ("NOUN",))
+    for before, token in pairwise(tokens):
+        if token.tag in _LEADING and before.tag in ("ADJECTIVE", "NOUN", "ONE"):
+            raise NotInGrammarError(token, ("NOUN",))
 
 
-def _widened(thing: Reference, place: Place, timing: Timing) -> Reference:
-    """Let the thing's span run to the end of a phrase that belongs to it and holds no thing of its own."""
-    if place.things:
-        return thing
-    return replace(thing, span=Span(thing.span.start_s, max(thing.span.end_s, timing.of(place.tokens).end_s)))
+def _head_word(
+    head: Token | None,
+    pronoun: Token | None,
+    deictic: Token | None,
+    qualities: Sequence[Token],
+    tokens: Sequence[Token],
+) -> str:
+    if pronoun is not None:
+        return pronoun.detail
+    for token in (head, deictic):
+        if token is not None:
+            return token.value if token.tag in ("NOUN", "DEICTIC") else token.text
+    return qualities[-1].text if qualities else tokens[-1].text
+
+
+def _quantity(tokens: Sequence[Token], head: Token | None, deictic: Token | None, pronoun: Token | None) -> int:
+    """Return how many are meant; 0 is all of them."""
+    counts = [int(token.value) for token in tokens if token.tag == "COUNT"]
+    if counts:
+        return min(counts[0], 255)
+    if pronoun is not None:
+        return int(pronoun.value)
+    plural = head is not None and (head.detail == "plural" or head.text in ("ones", "everything"))
+    plural = plural or (deictic is not None and deictic.value in ("these", "those"))
+    plural = plural or (head is None and any(token.text == "others" for token in tokens))
+    return 0 if plural else 1

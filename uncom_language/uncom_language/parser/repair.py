@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 from uncom_language.parser.grammar import NotInGrammarError, parse_tokens
 from uncom_language.parser.lexicon import Lexicon
-from uncom_language.parser.tagger import PREMODIFIERS, Item, Tagger, Token, without_fillers
+from uncom_language.parser.tagger import Tagger, without_fillers
+from uncom_language.parser.tokens import PREMODIFIERS, Item, Token
 
 _THING_START = PREMODIFIERS | {"NOUN", "ONE", "PRONOUN"}
 _PLACE_START = frozenset({"RELATION", "TO", "BETWEEN", "PLACE", "SIDE", "SOURCE"})

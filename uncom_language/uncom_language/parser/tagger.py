@@ -4,40 +4,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Container, Mapping, Sequence
 
+from uncom_language.parser.joins import settle_joins
 from uncom_language.parser.lexicon import Lexicon, Meaning
+from uncom_language.parser.tokens import PREMODIFIERS, Item, Token
 
-# What may stand before a noun within its phrase.
-PREMODIFIERS = frozenset({"DETERMINER", "DEICTIC", "COUNT", "OTHER", "ADJECTIVE"})
 # After these an unknown word is taken for a noun.
 _EXPECT_NOUN = PREMODIFIERS | {
-    "NOUN", "VERB", "RELATION", "TO", "SOURCE", "BETWEEN", "COMPARED", "OF", "AND", "PARTICLE", "RECIPIENT",
+    "NOUN", "VERB", "RELATION", "TO", "SOURCE", "BETWEEN", "COMPARED", "OF", "AND", "PARTICLE", "RECIPIENT", "AS",
+    "EXCEPT",
 }  # fmt: skip
-_PLACES = frozenset({"RELATION", "TO", "SOURCE", "BETWEEN", "SIDE", "PLACE", "RECIPIENT"})
-_TOKEN = re.compile(r"[a-z0-9äöüßéè']+|[.;!?,:]", re.IGNORECASE)
-
-
-@dataclass(frozen=True, slots=True)
-class Token:
-    """A phrase with its class; first and last are word indices of the utterance."""
-
-    tag: str
-    value: str
-    text: str
-    first: int
-    last: int
-    detail: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Item:
-    """One word of the input and its index; breaks (commas, full stops) keep the index of the word before."""
-
-    text: str
-    index: int
-    is_break: bool = False
+_TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_](?:[^\W\d_]|')*|[.;!?,:]")
 
 
 def split_text(text: str) -> tuple[Item, ...]:
@@ -76,11 +54,16 @@ def without_fillers(items: Sequence[Item], lexicon: Lexicon) -> list[Item]:
     return kept
 
 
-def _longest(words: tuple[str, ...], start: int, phrases: frozenset[tuple[str, ...]], limit: int) -> int:
+def _longest(words: tuple[str, ...], start: int, phrases: Container[tuple[str, ...]], limit: int) -> int:
     for length in range(min(limit, len(words) - start), 0, -1):
         if words[start : start + length] in phrases:
             return length
     return 0
+
+
+def _number(words: tuple[str, ...], start: int) -> float | None:
+    word = words[start].replace(",", ".") if start < len(words) else ""
+    return float(word) if word.replace(".", "", 1).isdecimal() else None
 
 
 class Tagger:
@@ -90,8 +73,13 @@ class Tagger:
         """Keep the lexicon."""
         self._lexicon = lexicon
 
-    def tag(self, items: Sequence[Item]) -> list[Token]:
-        """Return the tokens; a word that fits nowhere gets the class UNKNOWN."""
+    def tag(self, items: Sequence[Item], forced: Mapping[int, str] | None = None) -> list[Token]:
+        """Return the tokens; a word that fits nowhere gets the class UNKNOWN.
+
+        Args:
+            items: the words.
+            forced: classes that were found out otherwise, by the index of a phrase's first word.
+        """
         words = tuple("," if item.is_break else item.text for item in items)
         tokens: list[Token] = []
         position = 0
@@ -99,18 +87,52 @@ class Tagger:
             if items[position].is_break:
                 position += 1
                 continue
-            length, meanings = self._lexicon.longest_match(words, position)
-            previous = tokens[-1] if tokens else None
-            after = position + max(length, 1)
-            meaning = (
-                self._choose(meanings, previous, words, after) if meanings else self._unknown(words[position], previous)
-            )
-            length = max(length, 1)
+            length, meaning = self._meaning(words, position, tokens, (forced or {}).get(items[position].index, ""))
             text = " ".join(words[position : position + length])
             first, last = items[position].index, items[position + length - 1].index
             tokens.append(Token(meaning.tag, meaning.value or text, text, first, last, meaning.detail))
             position += length
-        return _settle_joins(tokens, {item.index for item in items if item.is_break and item.text != ","})
+        stops = {item.index for item in items if item.is_break and item.text != ","}
+        return settle_joins(tokens, stops, {item.index for item in items if item.is_break} - stops)
+
+    def _meaning(self, words: tuple[str, ...], position: int, tokens: list[Token], forced: str) -> tuple[int, Meaning]:
+        """Return how many words make the next phrase, and what it is."""
+        length, metres = self._distance(words, position)
+        if length:
+            return length, Meaning("DISTANCE", str(metres))
+        previous = tokens[-1] if tokens else None
+        length, meanings = self._lexicon.longest_match(words, position)
+        found = next((meaning for meaning in meanings if meaning.tag == forced), None)
+        if found is not None:
+            return length, found
+        if forced == "NOUN" and not meanings:
+            return 1, Meaning("NOUN", words[position], "unknown")
+        if meanings:
+            return length, self._choose(meanings, previous, words, position + length)
+        if words[position].isdecimal():
+            return 1, Meaning("COUNT", words[position])
+        return 1, self._unknown(words[position], previous)
+
+    def _distance(self, words: tuple[str, ...], position: int) -> tuple[int, float]:
+        """Return the length and value [m] of a number with its unit, (0, 0) if there is none."""
+        lexicon = self._lexicon
+        lead = _longest(words, position, lexicon.before_distance, 2)
+        for start in (position + lead, position) if lead else (position,):
+            count = _longest(words, start, lexicon.numbers, 2)
+            value = lexicon.numbers[words[start : start + count]] if count else _number(words, start)
+            unit = start + max(count, 1)
+            if value is not None and unit < len(words) and words[unit] in lexicon.units:
+                return unit + 1 - position, value * lexicon.units[words[unit]]
+        return 0, 0.0
+
+    def other_tags(self, items: Sequence[Item], token: Token) -> tuple[str, ...]:
+        """Return the classes besides its own that a token could have."""
+        words = tuple("," if item.is_break else item.text for item in items)
+        start = next(i for i, item in enumerate(items) if item.index == token.first and not item.is_break)
+        length, meanings = self._lexicon.longest_match(words, start)
+        if length != token.last - token.first + 1:
+            return ()
+        return tuple(meaning.tag for meaning in meanings if meaning.tag != token.tag)
 
     def _unknown(self, word: str, previous: Token | None) -> Meaning:
         if word in self._lexicon.function_words or previous is None or previous.tag not in _EXPECT_NOUN:
@@ -131,6 +153,10 @@ class Tagger:
 
     def _preference(self, previous: Token | None, following: frozenset[str]) -> tuple[str, ...]:
         before = previous.tag if previous else ""
+        if before == "DISTANCE":
+            return ("SIDE", "RELATION", "PLACE", "TO", "BETWEEN")
+        if before in _BEFORE_PERSON:
+            return ("PERSON", "COUNT", "DEICTIC", "ADJECTIVE", "NOUN", "ONE")
         noun_follows = bool(following & {"NOUN", "ONE", "ADJECTIVE", "UNKNOWN_NOUN"})
         thing_follows = noun_follows or bool(following & (PREMODIFIERS | {"PRONOUN"}))
         if before == "GOING":
@@ -153,6 +179,8 @@ class Tagger:
         return frozenset() if words[after] in self._lexicon.function_words else frozenset({"UNKNOWN_NOUN"})
 
 
+# After these "me" is the person who speaks, not who is to get something.
+_BEFORE_PERSON = frozenset({"RELATION", "TO", "SOURCE", "BETWEEN", "COMPARED"})
 _BEGINNINGS = frozenset({"", "AND", "CLAUSE_AND", "THEN"})
 _LAST = ("VERB", "NOUN", "ONE", "DEICTIC", "COUNT", "PARTICLE", "SIDE", "ADJECTIVE")
 _FIRST = ("VERB", "COUNT", "DEICTIC", "ADJECTIVE", "NOUN", "THEN", "RELATION")
@@ -170,40 +198,3 @@ _PREFERENCES: dict[tuple[str, str], tuple[str, ...]] = {
     ("thing", "end"): ("PARTICLE", "SIDE", "RELATIVE", "PARTICIPLE", "NOUN", "VERB", "RELATION"),
     ("after", "end"): _LAST,
 }
-
-
-def _settle_joins(tokens: list[Token], stops: set[int]) -> list[Token]:
-    """Tell an "and" between clauses from one between things; a full stop joins clauses."""
-    settled: list[Token] = []
-    between_open = place_seen = False
-    for position, token in enumerate(tokens):
-        tag = token.tag
-        if (
-            settled
-            and settled[-1].last in stops
-            and tag not in ("AND", "THEN")
-            and settled[-1].tag not in ("AND", "THEN", "CLAUSE_AND")
-        ):
-            settled.append(Token("THEN", ".", ".", settled[-1].last, settled[-1].last))
-            between_open = place_seen = False
-        if tag == "AND":
-            tag, between_open = _join_tag(tokens, position, between_open, place_seen), False
-        if tag in ("CLAUSE_AND", "THEN"):
-            between_open = place_seen = False
-        elif tag == "BETWEEN":
-            between_open = place_seen = True
-        elif tag in _PLACES:
-            place_seen = True
-        settled.append(Token(tag, token.value, token.text, token.first, token.last, token.detail))
-    while settled and settled[-1].tag in ("CLAUSE_AND", "THEN", "AND"):
-        settled.pop()
-    return settled
-
-
-def _join_tag(tokens: list[Token], position: int, between_open: bool, place_seen: bool) -> str:
-    following = tokens[position + 1].tag if position + 1 < len(tokens) else ""
-    if following in ("VERB", "THEN", "") or following in _PLACES:
-        return "CLAUSE_AND"
-    if between_open:
-        return "AND"
-    return "CLAUSE_AND" if place_seen else "AND"

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What an utterance opens with: stop, yes, no, "I meant", a question."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container
+from dataclasses import dataclass
+
+from uncom_language.parser.lexicon import Lexicon, Phrase
+from uncom_language.parser.tagger import without_fillers
+from uncom_language.parser.tokens import Item
+from uncom_language.types import Act
+
+_ACTS = {"stop": Act.STOP, "cancel": Act.CANCEL, "yes": Act.YES, "no": Act.NO}
+# Said when several are: the one that moves the robot least.
+_CAREFUL = (Act.STOP, Act.CANCEL, Act.NO, Act.YES)
+
+
+@dataclass(frozen=True, slots=True)
+class Opening:
+    """A dialogue act (or none), the words behind it, and whether these change what was said before."""
+
+    act: Act | None = None
+    rest: tuple[Item, ...] = ()
+    amends: bool = False
+
+
+class ActReader:
+    """Takes dialogue acts off an utterance."""
+
+    def __init__(self, lexicon: Lexicon, parses: Callable[[tuple[Item, ...]], bool]) -> None:
+        """Keep the lexicon and the test whether words are a sentence of the grammar."""
+        self._lexicon = lexicon
+        self._parses = parses
+
+    def read(self, items: tuple[Item, ...]) -> Opening:
+        """Return what the utterance opens with."""
+        lexicon = self._lexicon
+        words = _words(items)
+        if words in lexicon.acts:
+            return Opening(_ACTS[lexicon.acts[words]])
+        if words in lexicon.social:
+            return Opening(rest=items)
+        kept = tuple(without_fillers(items, lexicon))
+        acts = self._only_acts(_words(kept) or words)
+        if acts:
+            return Opening(next(act for act in _CAREFUL if act in acts))
+        first, last = self._act_at_start(words), self._act_at_end(words)
+        if Act.STOP in (first, last) and not self._parses(items):
+            return Opening(Act.STOP)
+        return self._split(kept)
+
+    def refusal(self, items: tuple[Item, ...]) -> str:
+        """Return why words cannot be a command, by their beginning; empty if they may."""
+        words = _words(items)
+        if words in self._lexicon.social:
+            return "that is no command for me"
+        for start in dict.fromkeys((words, _words(tuple(without_fillers(items, self._lexicon))))):
+            if self._begins(start, self._lexicon.negations):
+                return "I was told not to do something; I do nothing"
+            if self._begins(start, self._lexicon.idioms, or_known=False):
+                return "that is no command for an arm at a table"
+            if self._begins(start, self._lexicon.questions):
+                return "that is a question; I can only be told what to do"
+        return ""
+
+    def _begins(self, words: Phrase, phrases: Container[Phrase], *, or_known: bool = True) -> bool:
+        """Whether words begin with one of the phrases, and with no longer one of a command."""
+        length = _length(words, 0, phrases)
+        if not length or not or_known:
+            return bool(length)
+        lexicon = self._lexicon
+        return length >= max(lexicon.longest_match(words, 0)[0], _length(words, 0, lexicon.fillers))
+
+    def _only_acts(self, words: Phrase) -> list[Act]:
+        """Return the acts that make up all of the words; none if something else is among them."""
+        acts: list[Act] = []
+        while words:
+            length = _length(words, 0, self._lexicon.acts)
+            if not length:
+                return []
+            acts.append(_ACTS[self._lexicon.acts[words[:length]]])
+            words = words[length:]
+        return acts
+
+    def _act_at_start(self, words: Phrase) -> Act | None:
+        length = _length(words, 0, self._lexicon.acts)
+        return _ACTS[self._lexicon.acts[words[:length]]] if length else None
+
+    def _act_at_end(self, words: Phrase) -> Act | None:
+        for start in range(max(0, len(words) - 4), len(words)):
+            if words[start:] in self._lexicon.acts:
+                return _ACTS[self._lexicon.acts[words[start:]]]
+        return None
+
+    def _split(self, items: tuple[Item, ...]) -> Opening:
+        """Take "yes", "no", "I meant" off the front, "instead" off the end."""
+        lexicon = self._lexicon
+        act: Act | None = None
+        amends = False
+        while items:
+            if items[0].is_break:
+                items = items[1:]
+                continue
+            words = tuple(item.text for item in items)
+            if _length(words, 0, lexicon.negations) and not _length(words, 0, lexicon.amends):
+                break
+            amending = _length(words, 0, lexicon.amends)
+            yes = _length(words, 0, lexicon.acts) if not amends else 0
+            yes = yes if yes and lexicon.acts[words[:yes]] in ("yes", "no") else 0
+            length = max(amending, yes)
+            if not length or length < lexicon.longest_match(words, 0)[0] or length == len(items):
+                break
+            kind = lexicon.acts.get(words[:length])
+            act = _ACTS[kind] if kind in ("yes", "no") and act is None else act
+            amends = amends or amending >= yes or kind == "no"
+            items = items[length:]
+        trimmed = self._without_end(items)
+        return Opening(act, trimmed, amends or len(trimmed) < len(items))
+
+    def _without_end(self, items: tuple[Item, ...]) -> tuple[Item, ...]:
+        for length in (3, 2, 1):
+            if len(items) > length and tuple(item.text for item in items[-length:]) in self._lexicon.amends_after:
+                return items[:-length]
+        return items
+
+
+def _words(items: tuple[Item, ...]) -> Phrase:
+    return tuple(item.text for item in items if not item.is_break)
+
+
+def _length(words: Phrase, start: int, phrases: Container[Phrase]) -> int:
+    """Return how many words make the longest of the phrases; 0 if none."""
+    return next((n for n in range(min(len(words) - start, 6), 0, -1) if words[start : start + n] in phrases), 0)

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Clauses of one utterance to commands: what is carried over from one clause to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from uncom_language.parser.clause import Clause
+from uncom_language.types import Act, Command, Reference, Relation
+
+_ASKS = {
+    "action": "the action is missing: what shall I do with {part}?",
+    "object": "the object is missing: what shall I {part}?",
+    "target": "the target is missing: where shall I {part}?",
+}
+_SUPPORTING = (Relation.IN, Relation.ON)
+_ACTING = frozenset({"put", "stack", "pour", "push", "give"})
+
+
+@dataclass(frozen=True, slots=True)
+class Utterance:
+    """What is the same for all commands of an utterance."""
+
+    id: str
+    text: str
+    amends: bool = False  # it began with "no", "I meant": what follows changes the last command
+
+
+def combine(said: Utterance, clauses: Sequence[Clause]) -> list[Command]:
+    """Join "take X" with "put it there", carry pronouns and verbs over, and split things that go together."""
+    commands: list[Command] = []
+    held: Clause | None = None
+    previous: Clause | None = None
+    for position, clause in enumerate(clauses):
+        current = _with_verb_of(clause, previous)
+        following = clauses[position + 1] if position + 1 < len(clauses) else None
+        before = held or previous
+        if clause.topic:
+            before = replace(clause, objects=clause.topic, target=None)
+        if current.kind == "take" and following is not None and _continues(following, current):
+            held = _resolved(current, before)
+            previous = held
+            continue
+        current = _resolved(current, before)
+        commands.extend(_commands_of(said, current))
+        previous, held = current, None
+    return commands
+
+
+def _continues(clause: Clause, taken: Clause) -> bool:
+    """Whether a clause ends what "take X" began: it moves "it" (or X by its name) on, and does not pick it again."""
+    if clause.kind in ("", "take", "point"):
+        return clause.kind == "" and not clause.objects and clause.target is not None
+    if len(clause.objects) == len(taken.objects) == 1 and clause.placed and _same(taken.objects[0], clause.objects[0]):
+        return True
+    return all(thing.anaphoric for thing in clause.objects) and not clause.topic
+
+
+def _same(first: Reference, second: Reference) -> bool:
+    """Whether two named references are the same words for the same thing."""
+    alike = (first.text, first.quantity) == (second.text, second.quantity) and second.anchor is None
+    return alike and second.concrete and not second.other and not second.deictic
+
+
+def _with_verb_of(clause: Clause, previous: Clause | None) -> Clause:
+    """Fill a fragment ("... and the apple on the plate") with the verb before it, and the place if it has none."""
+    if clause.kind or previous is None or not previous.kind:
+        return clause
+    kind = "put" if previous.kind == "take" and clause.target is not None else previous.kind
+    made = replace(
+        clause,
+        kind=kind,
+        action_text=previous.action_text,
+        action_span=previous.action_span,
+        objects=clause.objects or previous.objects,
+    )
+    if clause.objects and not made.placed and previous.relation in _SUPPORTING:
+        return replace(made, target=previous.target, relation=previous.relation)
+    return made
+
+
+def _resolved(clause: Clause, before: Clause | None) -> Clause:
+    """Replace "it" and "them" by what was spoken of before."""
+    if before is None or not before.objects:
+        return clause
+    objects = clause.objects
+    if not objects and clause.kind in _ACTING:
+        objects = tuple(replace(thing, anaphoric=True) for thing in before.objects)
+    elif any(thing.anaphoric for thing in objects):
+        objects = tuple(
+            replace(old, anaphoric=True, order=thing.order) if thing.anaphoric else thing
+            for thing in objects
+            for old in (before.objects if thing.anaphoric else (thing,))
+        )
+    target = clause.target
+    if target is not None and target.anaphoric:
+        target = replace(_antecedent_of_target(clause, before), anaphoric=True, order=target.order)
+    return replace(clause, objects=objects, target=target)
+
+
+def _antecedent_of_target(clause: Clause, before: Clause) -> Reference:
+    """Return what "it" is in "next to it": where the thing before went, if there was such a place.
+
+    "Put the fork to the left of the plate and the knife to the right of it"; but "move the cup here and put the
+    lid on it".
+    """
+    moved = any(thing.anaphoric for thing in clause.objects)
+    if before.target is not None and before.target.concrete and (not moved or clause.relation in _SUPPORTING):
+        return before.target
+    return before.objects[0]
+
+
+def _commands_of(said: Utterance, clause: Clause) -> list[Command]:
+    if clause.kind == "stack" and not clause.placed and _two_single(clause.objects):
+        first, second = clause.objects
+        clause = replace(clause, objects=(first,), target=second, relation=Relation.ON)
+    missing = clause.missing
+    command = Command(
+        utterance_id=said.id,
+        act=Act.INCOMPLETE if missing else Act.COMMAND,
+        text=said.text,
+        action_text=clause.action_text,
+        primitive=clause.primitive,
+        action_span=clause.action_span,
+        target=clause.target,
+        reference2=clause.reference2,
+        relation=clause.relation,
+        reason=_ask(clause, missing),
+        distance_m=clause.distance_m,
+    )
+    if clause.kind == "stack" and clause.target is not None and command.relation is Relation.NONE:
+        command = replace(command, relation=Relation.ON)
+    if missing == "action":
+        amends = said.amends or clause.excludes or (clause.distance_m > 0.0 and not clause.objects)
+        command = replace(command, act=Act.CORRECTION if amends else Act.FRAGMENT)
+    return [replace(command, object=thing) for thing in clause.objects] or [command]
+
+
+def _two_single(things: Sequence[Reference]) -> bool:
+    """Whether exactly two things are stacked: the first on the second."""
+    return len(things) == 2 and all(thing.quantity == 1 for thing in things)
+
+
+def _ask(clause: Clause, missing: str) -> str:
+    if not missing:
+        return ""
+    if missing == "action":
+        return _ASKS[missing].format(part=clause.objects[0].text if clause.objects else "it")
+    what = clause.objects[0].text if clause.objects else ""
+    return _ASKS[missing].format(part=" ".join(filter(None, [clause.action_text, what])))
