@@ -34,8 +34,8 @@ _SCENE_FIELDS = ("objects", "say", "point_object", "point_target", "table", "per
                  "aliases")  # fmt: skip
 _OBJECT_FIELDS = ("id", "kind", "colour", "x", "y", "yaw")
 _PERSON_RANGES = {
-    "skin": (0.0, 1.0), "size": (0.8, 1.2), "speed": (80.0, 260.0), "pitch": (0.0, 99.0), "lead": (0.0, 2.0),
-    "lag": (0.0, 2.0), "noise": (0.0, 3.0), "reverb": (0.0, 3.0),
+    "skin": (0.0, 1.0), "size": (0.8, 1.2), "speed": (80.0, 260.0), "pitch": (0.0, 99.0), "lead": (-0.8, 2.0),
+    "lag": (0.0, 2.0), "noise": (0.0, 3.0), "reverb": (0.0, 3.0), "waver": (0.0, 0.05),
 }  # fmt: skip
 
 

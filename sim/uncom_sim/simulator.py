@@ -6,7 +6,7 @@ The same commands at the same times give the same pictures, sounds and physics.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -50,6 +50,7 @@ class SimulatorOptions:
     start_time_s: float = 10.0
     overview_size: tuple[int, int] = (640, 480)
     shadows: bool = True
+    light: float = 1.0  # how bright the lamp and the room are
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,6 +203,25 @@ class Simulator:
         rgb, depth = self._render(HEAD_CAMERA, self.robot.frame(CAMERA_FRAME), self._seen_from_head)
         return self._camera.expose(rgb, self._steps), self._camera.measure(depth, self._steps)
 
+    def film(self, person_s: float, exposure_s: float = 0.0, moments: int = 1) -> tuple[Image, DepthImage]:
+        """Return what the head camera sees person_s after the person's start [s], physics standing still.
+
+        What moves during the exposure is blurred: the colours are the mean of so many moments of it. Depth is that of
+        its middle.
+        """
+        self.world.update_person(person_s)
+        pose = self.robot.frame(CAMERA_FRAME)
+        rgb, depth = self._draw(HEAD_CAMERA, pose, self._seen_from_head)
+        if moments > 1:
+            total = rgb.astype(np.uint16)
+            for offset in np.linspace(-0.5, 0.5, moments):
+                if abs(offset) > 1e-6:  # the middle is there already
+                    self.world.update_person(person_s + float(offset) * exposure_s)
+                    total += self._draw(HEAD_CAMERA, pose, self._seen_from_head)[0]
+            rgb = np.asarray(np.round(total / (moments + (moments % 2 == 0))), dtype=np.uint8)
+        step = round(person_s / TIME_STEP_S)
+        return self._camera.expose(rgb, step), self._camera.measure(depth, step)
+
     def render_overview(self) -> Image:
         """Return what a bystander sees now (H, W, 3)."""
         return self._render(overview_camera(*self.options.overview_size), self._overview, self._seen)[0]
@@ -209,7 +229,12 @@ class Simulator:
     def _render(self, camera: PinholeCamera, pose: FloatArray, faces: IntArray) -> tuple[Image, DepthImage]:
         start = self._person_start_s
         self.world.update_person(None if start is None or self.person_done else self.time_s - start)
+        return self._draw(camera, pose, faces)
+
+    def _draw(self, camera: PinholeCamera, pose: FloatArray, faces: IntArray) -> tuple[Image, DepthImage]:
+        level = self.options.light
         light = self.world.light
+        light = replace(light, ambient=level * light.ambient, diffuse=level * light.diffuse)
         self._stage.update(light.direction)
         return self._rasteriser.render(camera, pose, light, faces, shadows=self.options.shadows)
 

@@ -92,7 +92,7 @@ def _fits(scene: Scene, onlooker: Onlooker) -> bool:
         return False
     if not all(_reachable(*place) for place in _matters(scene)):
         return False
-    if not all(_in_sight(thing, scene, onlooker) for thing in scene.objects):
+    if not all(in_sight(thing, scene, onlooker) for thing in scene.objects):
         return False
     return all(
         shapely.Point(spot).distance(shape) > FREE_RADIUS_M
@@ -130,7 +130,13 @@ def _to_stay_free(scene: Scene) -> Iterator[Point2]:
         yield (target.x + _BESIDE_M * dx, target.y + _BESIDE_M * dy)
 
 
-def _in_sight(thing: SceneObject, scene: Scene, onlooker: Onlooker) -> bool:
+def everything_in_sight(scene: Scene) -> bool:
+    """Whether the robot, looking at the table, has every thing wholly in its picture and not behind another."""
+    onlooker = looking_robot()
+    return all(in_sight(thing, scene, onlooker) for thing in scene.objects)
+
+
+def in_sight(thing: SceneObject, scene: Scene, onlooker: Onlooker) -> bool:
     """Whether a thing is wholly in the picture and nothing nearer stands before its middle."""
     shape = model(thing.kind, thing.colour)
     height = float(shape.size[2])

@@ -25,6 +25,7 @@ _BEFORE_S = 0.5  # nobody is seen this long, so that the robot sees the table wi
 _ENTER_S = 0.9
 _LEAVE_S = 0.9
 _DWELL_S = 0.25
+_SHORTEST_S = 0.35  # nobody points for less
 _AFTER_S = 1.2
 _LONGEST_PAUSE_S = 0.45
 _TREMOR_M = 0.0012
@@ -77,6 +78,9 @@ class PersonPerformance:
         phases = np.array([7.3, 9.1, 8.2]) * 2.0 * np.pi * t_s
         slow = np.array([0.9, 1.3, 1.1]) * 2.0 * np.pi * t_s + np.array([0.0, 1.0, 2.0])
         pose[:3, 3] += _TREMOR_M * (0.25 * np.sin(phases) + 0.75 * np.sin(slow))
+        if self.traits.waver > 0.0:
+            sway = np.array([0.55, 0.7, 0.45]) * 2.0 * np.pi * t_s + np.array([0.3, 2.0, 4.0])
+            pose[:3, 3] += self.traits.waver * np.sin(sway) * (1.0, 1.0, 0.5)
         return pose
 
 
@@ -171,12 +175,13 @@ def _choreography(
             moves.append(Move(arrive - _ENTER_S, arrive, _away(pose, str(traits.side)), pose, 0.0))
         else:
             leave = pointing[-1].end_s
-            arrive = min(max(arrive, leave + 0.4), words[begin].start_s + 0.15)
+            arrive = min(max(arrive, leave + 0.4), words[begin].start_s + max(0.15, -traits.lead))
             depart = max(leave, arrive - 1.2 * _move_s(poses[pointing[-1].role], poses[role]))
             arch = 0.2 * float(np.linalg.norm(pose[:3, 3] - moves[-1].end[:3, 3]))
             pointing[-1] = replace(pointing[-1], end_s=depart)
             moves.append(Move(depart, arrive, moves[-1].end, pose, arch))
-        pointing.append(Pointing(role, poses[role].target, arrive, words[end - 1].end_s + traits.lag))
+        stay = max(words[end - 1].end_s + traits.lag, arrive + _SHORTEST_S)
+        pointing.append(Pointing(role, poses[role].target, arrive, stay))
     if moves:
         gone = pointing[-1].end_s + _DWELL_S
         pointing[-1] = replace(pointing[-1], end_s=gone)

@@ -35,6 +35,7 @@ class Traits:
     lag: float
     noise: float
     reverb: float
+    waver: float
     sleeve: Rgb
 
 
@@ -52,6 +53,7 @@ def decide(options: PersonOptions, rng: np.random.Generator) -> Traits:
         lag=float(rng.uniform(0.10, 0.25)),
         noise=float(rng.uniform(0.0, 0.01)),
         reverb=0.0,
+        waver=0.0,
         sleeve=_SLEEVES[int(rng.integers(len(_SLEEVES)))],
     )
     fixed = {name: getattr(options, name) for name in PersonOptions.__dataclass_fields__}

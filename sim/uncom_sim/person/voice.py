@@ -3,11 +3,17 @@
 
 from __future__ import annotations
 
+import _ctypes
 import ctypes
 import functools
 import re
+import shutil
+import tempfile
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 import espeakng_loader
 import numpy as np
@@ -60,9 +66,9 @@ class _Event(ctypes.Structure):
 _CALLBACK = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.POINTER(ctypes.c_short), ctypes.c_int, ctypes.POINTER(_Event))
 
 
-@functools.lru_cache(maxsize=64)  # eSpeak keeps a little state: the same words come out a trace different next time
+@functools.lru_cache(maxsize=64)
 def speak(text: str, voice: str = "en-us", words_per_minute: float = 150.0, pitch: float = 50.0) -> Utterance:
-    """Speak a sentence.
+    """Speak a sentence; the same arguments give the same samples, whatever was said before.
 
     Args:
         text: what to say; nothing to say gives no samples.
@@ -76,29 +82,41 @@ def speak(text: str, voice: str = "en-us", words_per_minute: float = 150.0, pitc
     tokens = list(re.finditer(r"[^\s]+", text))
     if not any(re.search(r"\w", token.group()) for token in tokens):
         return Utterance(np.zeros(0), ())
-    with _lock:
-        raw, marks = _synthesize(text, voice, words_per_minute, pitch)
-    rate = _library()[1]
+    with _lock, _library() as (library, rate):
+        raw, marks = _synthesize(library, text, voice, words_per_minute, pitch)
     samples = np.asarray(soxr.resample(raw, rate, RATE_HZ))
     samples.flags.writeable = False
     starts = {position - 1: milliseconds / 1000.0 for position, milliseconds in marks}
     return Utterance(samples, _word_times(tokens, starts, samples))
 
 
-@functools.cache
-def _library() -> tuple[ctypes.CDLL, int]:
+@contextmanager
+def _library() -> Iterator[tuple[ctypes.CDLL, int]]:
+    """Load eSpeak anew; yields it and its sample rate [Hz].
+
+    It keeps state that nothing resets, so that the same words would come out a trace different each time; a copy of
+    the library has state of its own.
+    """
+    original = Path(espeakng_loader.get_library_path())
     try:
-        library = ctypes.CDLL(espeakng_loader.get_library_path())
+        with tempfile.TemporaryDirectory(prefix="uncom_voice_") as folder:
+            library = ctypes.CDLL(shutil.copy(original, folder))
         rate = library.espeak_Initialize(_SYNCHRONOUS, 0, str(espeakng_loader.get_data_path()).encode(), 0)
     except OSError as err:
         raise VoiceError(f"eSpeak NG cannot be loaded: {err}") from err
     if rate <= 0:
         raise VoiceError("eSpeak NG found no voices; install espeakng-loader again")
-    return library, int(rate)
+    try:
+        yield library, int(rate)
+    finally:
+        library.espeak_Terminate()
+        if hasattr(_ctypes, "dlclose"):
+            _ctypes.dlclose(library._handle)  # noqa: SLF001 (ctypes has no other way to let go of a library)
 
 
-def _synthesize(text: str, voice: str, speed: float, pitch: float) -> tuple[Samples, list[tuple[int, int]]]:
-    library, _ = _library()
+def _synthesize(
+    library: ctypes.CDLL, text: str, voice: str, speed: float, pitch: float
+) -> tuple[Samples, list[tuple[int, int]]]:
     chunks: list[npt.NDArray[np.int16]] = []
     marks: list[tuple[int, int]] = []
 

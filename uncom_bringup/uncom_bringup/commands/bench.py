@@ -1,31 +1,44 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`uncom bench`: which benchmarks there are."""
+"""`uncom bench`: the benchmarks, each a module of its own in this folder."""
 
 from __future__ import annotations
 
 import argparse
+import importlib
 
 from uncom_bringup import output
 from uncom_bringup.commands.common import SubParsers, add_json, natural_number
 
-BENCHMARKS = ("understanding", "planning", "execution", "latency")
+# One line each: the name on the command line and the module here that adds its parser (`add_parser(subparsers)`).
+BENCHMARKS = {
+    "understanding": "bench_understanding",
+}
+PLANNED = ("planning", "execution", "latency")
 
 
 def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     """Add the command."""
-    parser = subparsers.add_parser("bench", help="the benchmarks (none is part of this version)")
-    parser.add_argument("which", nargs="?", choices=BENCHMARKS, help="which one; without it, list them")
-    parser.add_argument("--seed", type=natural_number, default=0, help="everything random comes from it")
-    add_json(parser)
-    parser.set_defaults(run=run)
+    parser = subparsers.add_parser("bench", help="the benchmarks: how well the graph understands")
+    parser.set_defaults(run=list_all)
+    which = parser.add_subparsers(dest="which", metavar="BENCHMARK", parser_class=type(parser))
+    for module in BENCHMARKS.values():
+        importlib.import_module(f"uncom_bringup.commands.{module}").add_parser(which)
+    for name in PLANNED:
+        if name not in BENCHMARKS:
+            later = which.add_parser(name, help="not part of this version")
+            later.add_argument("--seed", type=natural_number, default=0, help=argparse.SUPPRESS)
+            add_json(later)
+            later.set_defaults(run=not_there)
 
 
-def run(options: argparse.Namespace) -> int:
-    """Say that this version has no benchmark."""
-    if options.which is None:
-        output.note(f"uncom bench: {', '.join(BENCHMARKS)} are planned; none is part of this version")
-    else:
-        output.note(
-            f"uncom bench: the {options.which} benchmark is not part of this version; `uncom demo` runs one scene"
-        )
+def list_all(options: argparse.Namespace) -> int:
+    """Name the benchmarks."""
+    del options
+    output.note(f"uncom bench: choose one of {', '.join(BENCHMARKS)} (uncom bench NAME --help tells more)")
+    return 2
+
+
+def not_there(options: argparse.Namespace) -> int:
+    """Say that a benchmark is not part of this version."""
+    output.note(f"uncom bench: the {options.which} benchmark is not part of this version")
     return 2

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A whole run of the benchmark: plan, make and understand takes in several processes, count, report."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from uncom_sim.benchmark.casting import plan_takes
+from uncom_sim.benchmark.journal import Journal, sources_digest
+from uncom_sim.benchmark.outcome import Outcome
+from uncom_sim.benchmark.report import report_of
+from uncom_sim.benchmark.studio import generator_version
+from uncom_sim.benchmark.text import report_text
+from uncom_sim.benchmark.values import TakePlan
+from uncom_sim.benchmark.worker import Worker, WorkerOptions
+
+
+@dataclass(frozen=True, slots=True)
+class BenchmarkOptions:
+    """What a run is asked for."""
+
+    seed: int
+    scenarios: tuple[int, ...]
+    takes: int | None
+    jobs: int
+    folder: Path
+    cache: Path
+    fresh: bool = False
+    parameter_files: tuple[Path, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class BenchmarkResult:
+    """The report as JSON values and as text."""
+
+    report: dict[str, Any]
+    text: str
+
+
+_worker: Worker | None = None
+
+
+def _start_worker(options: WorkerOptions, log: str) -> None:
+    """Load the cores once in each process; what native libraries print goes to a file."""
+    global _worker  # noqa: PLW0603 (one for each process, as the pool's initialiser needs it)
+    file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+    os.dup2(file, 1)
+    os.dup2(file, 2)
+    import cv2  # noqa: PLC0415 (in the worker only)
+
+    cv2.setNumThreads(1)
+    _worker = Worker(options)
+
+
+def _run_take(plan: TakePlan) -> Outcome:
+    if _worker is None:
+        raise RuntimeError("the worker was not started")
+    return _worker.run(plan)
+
+
+def run_benchmark(options: BenchmarkOptions) -> BenchmarkResult:
+    """Run the benchmark; leaves report.json, report.txt and index.html in the folder.
+
+    Raises:
+        UncomError: a take cannot be made, a back end not loaded.
+    """
+    start = time.monotonic()
+    plans = plan_takes(options.seed, options.scenarios, options.takes)
+    identity = {
+        "takes": [plan.key(generator_version()) for plan in plans],
+        "sources": sources_digest(),
+        "parameters": [path.read_text(encoding="utf-8") for path in options.parameter_files],
+    }
+    journal = Journal(options.cache, identity, fresh=options.fresh)
+    done = journal.outcomes()
+    waiting = [plan for plan in plans if plan.name not in done]
+    console = Console(file=sys.stderr)
+    with _progress(console) as bar:
+        task = bar.add_task("takes", total=len(plans), completed=len(plans) - len(waiting), right="")
+        for outcome in _outcomes(waiting, options):
+            journal.add(outcome)
+            done[outcome.take] = outcome
+            right = sum(one.right for one in done.values())
+            bar.update(task, advance=1, right=f"{right} right")
+    outcomes = [done[plan.name] for plan in plans]
+    wall_s = time.monotonic() - start
+    report = report_of(outcomes, seed=options.seed, jobs=options.jobs, wall_s=wall_s)
+    text = report_text(report)
+    (options.folder / "report.json").write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
+    (options.folder / "report.txt").write_text(text + "\n", encoding="utf-8")
+    (options.folder / "takes.jsonl").write_text(
+        "".join(json.dumps(one.as_dict()) + "\n" for one in outcomes), encoding="utf-8"
+    )
+    journal.finish()
+    return BenchmarkResult(report, text)
+
+
+def _progress(console: Console) -> Progress:
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[right]}"),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        console=console,
+    )
+
+
+def _outcomes(plans: Sequence[TakePlan], options: BenchmarkOptions) -> Iterator[Outcome]:
+    """Yield outcomes as they come, from worker processes."""
+    if not plans:
+        return
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    worker = WorkerOptions(options.cache, options.parameter_files)
+    log = str(options.folder / "workers.log")
+    pool = ProcessPoolExecutor(
+        max_workers=min(options.jobs, len(plans)),
+        mp_context=multiprocessing.get_context("spawn"),
+        initializer=_start_worker,
+        initargs=(worker, log),
+    )
+    try:
+        futures: list[Future[Outcome]] = [pool.submit(_run_take, plan) for plan in plans]
+        for future in as_completed(futures):
+            yield future.result()
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)

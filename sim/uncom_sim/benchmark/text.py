@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The report as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+
+def report_text(report: Mapping[str, Any]) -> str:
+    """Write the tables of a report."""
+    return "\n".join(_lines(report))
+
+
+def _lines(report: Mapping[str, Any]) -> Iterator[str]:
+    yield f"{'scenario':<52}{'takes':>6}{'right':>7}"
+    for one in report["scenarios"]:
+        variants = f"{one['object'][:3]} {one['object_distractors'][0]}, {one['target'][:8]}"
+        label = f"{one['id']:>2} {one['name']}"
+        yield f"{label[:50]:<52}{one['takes']:>6}{one['right']:>7}   {variants}"
+    yield ""
+    yield f"{'subject':<52}{'takes':>6}{'right':>7}   95 % interval"
+    for subject, variants in report["subjects"].items():
+        for name, of in variants.items():
+            label = f"{subject.replace('_', ' ')}: {name}"
+            yield f"{label:<52}{of['takes']:>6}{of['right']:>7}   {_interval(of['interval'])}"
+    yield ""
+    yield from _misses(report)
+    yield "relations (meant -> understood): " + "; ".join(
+        f"{meant} -> {', '.join(f'{name} {count}' for name, count in got.items())}"
+        for meant, got in report["relations"].items()
+    )
+    yield "processor time a take [s]: " + ", ".join(
+        f"{name} {of['mean']:.2f} (p95 {of['p95']:.2f})" for name, of in report["latency_s"].items()
+    )
+    if report["made"]["takes"]:
+        yield f"made {report['made']['takes']} takes, {report['made']['cpu_s']:.1f} s of processor time each"
+    yield f"seed {report['seed']}, {report['jobs']} jobs, {report['wall_s'] / 60.0:.1f} min"
+    yield (
+        f"right: {report['right']} of {report['takes']} = {100 * report['share']:.1f} %, "
+        f"95 % interval {_interval(report['interval'])}; the paper: {report['paper']['right']} of "
+        f"{report['paper']['takes']}, {_interval(report['paper']['interval'])}"
+    )
+
+
+def _misses(report: Mapping[str, Any]) -> Iterator[str]:
+    if not report["misses"]:
+        return
+    yield f"misses by the first stage that went wrong: {', '.join(f'{k} {v}' for k, v in report['stages'].items())}"
+    for miss in report["misses"]:
+        heard = "" if miss["heard"] == miss["said"] else f" heard {miss['heard']!r};"
+        yield f"  {miss['take']} [{miss['stage'] or '?'}] {miss['said']!r};{heard} {miss['why']}"
+    yield ""
+
+
+def _interval(interval: list[float]) -> str:
+    return f"{100 * interval[0]:.1f} to {100 * interval[1]:.1f} %"

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One take from its plan to its outcome, in a process of its own that keeps the cores loaded."""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from uncom_bringup.chain import Chain, ChainResult, Grounding
+from uncom_bringup.chain_config import load_chain_config
+from uncom_language.types import Act
+
+from uncom_sim.benchmark.judging import Verdict, judge
+from uncom_sim.benchmark.outcome import Outcome
+from uncom_sim.benchmark.recording import TakeRecording, load_take, save_take
+from uncom_sim.benchmark.scenarios import scenario
+from uncom_sim.benchmark.studio import generator_version, make_take
+from uncom_sim.benchmark.values import TakePlan
+from uncom_sim.exceptions import SimError
+
+_LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class WorkerOptions:
+    """What every worker needs: where takes are kept, and parameters of the nodes."""
+
+    cache: Path
+    parameter_files: tuple[Path, ...] = ()
+
+
+class Worker:
+    """Makes and understands takes; what comes out depends on the take alone, not on those before."""
+
+    def __init__(self, options: WorkerOptions) -> None:
+        """Load the cores.
+
+        Raises:
+            UncomError: a back end cannot be loaded, or a parameter is wrong.
+        """
+        self._options = options
+        self._chain = Chain(load_chain_config(options.parameter_files))
+
+    def take_path(self, plan: TakePlan) -> Path:
+        """Return where a take is kept."""
+        return self._options.cache / "takes" / f"{plan.key(generator_version())}.take"
+
+    def recording(self, plan: TakePlan) -> tuple[TakeRecording, float]:
+        """Return a take, from the cache or made now, and the processor time it took to make [s]."""
+        path = self.take_path(plan)
+        if path.exists():
+            try:
+                return load_take(path), 0.0
+            except SimError as error:
+                _LOG.warning("%s; it is made again", error)
+        start = time.process_time()
+        save_take(path, make_take(plan), plan.as_dict())
+        # What is understood is what was stored, so that the first run and the next ones are the same.
+        return load_take(path), time.process_time() - start
+
+    def run(self, plan: TakePlan) -> Outcome:
+        """Make (or find) a take, understand it, judge it."""
+        recording, made_s = self.recording(plan)
+        start = time.process_time()
+        result = self._chain.understand(recording)
+        spent = time.process_time() - start
+        grounding = first_command(result)
+        verdict = judge(plan, recording.truth.states, grounding.decision.grounded if grounding else None)
+        outcome = summarised(plan, result, verdict)
+        latency = {**result.latency_s, "all": spent}
+        return replace(outcome, made_s=made_s, latency_s=latency, key=plan.key(generator_version()))
+
+
+def first_command(result: ChainResult) -> Grounding | None:
+    """Return what was made of the first command, or of what was refused; each take has one sentence."""
+    commands = [g for g in result.groundings if g.command.act is Act.COMMAND]
+    return next(iter(commands or result.groundings), None)
+
+
+def summarised(plan: TakePlan, result: ChainResult, verdict: Verdict) -> Outcome:
+    """Put the outcome of a take together."""
+    meaning = plan.meaning
+    got = {
+        "status": verdict.status, "object": verdict.object, "target": verdict.target, "place": verdict.place,
+        "action": verdict.action, "relation": verdict.relation,
+    }  # fmt: skip
+    return Outcome(
+        take=plan.name,
+        scenario=plan.scenario,
+        index=plan.index,
+        seed=plan.seed,
+        manner=plan.manner,
+        subjects=scenario(plan.scenario).subjects(),
+        said=plan.scene.say,
+        heard=" / ".join(transcript.text for transcript in result.transcripts),
+        meant={"object": _named(plan, "object"), "relation": meaning.relation,
+               "target": _named(plan, meaning.target), "place": meaning.area},
+        got={**got, "object": _named(plan, verdict.object), "target": _named(plan, got["target"])},
+        right=verdict.right,
+        why=verdict.why,
+        relation=meaning.relation,
+        understood_relation=verdict.relation or "nothing",
+    )  # fmt: skip
+
+
+def _named(plan: TakePlan, name: object) -> str | None:
+    """Return an id with what it is: "target_rival_1 (green bowl)"."""
+    if not isinstance(name, str):
+        return None
+    thing = plan.scene.object(name)
+    return f"{name} ({thing.kind if thing.kind == thing.colour else f'{thing.colour} {thing.kind}'})"

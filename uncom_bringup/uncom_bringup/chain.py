@@ -1,0 +1,276 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The cores of the nodes chained in one process, without ROS: a recording in, grounded commands out.
+
+Each step is the very function that the node calls, with the node's own parameters; what a command may use is what has
+been seen when the hands up to a while after its last word are known, as in the reasoner node. So the same recording
+gives the same answer, however fast the machine is.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+from uncom_common.camera import PinholeCamera
+from uncom_common.exceptions import UncomError
+from uncom_common.transforms import StampedTransform
+from uncom_language.parser.understanding import Understanding
+from uncom_language.speech.audio import SAMPLE_RATE
+from uncom_language.speech.factory import make_recognizer
+from uncom_language.speech.timeline import shifted_transcript
+from uncom_language.speech.utterance_stream import UtteranceStream
+from uncom_language.types import Act, Command, Transcript
+from uncom_perception.hands.backends import make_gesture_reader
+from uncom_perception.objects.backends import make_detector
+from uncom_perception.types import HandsFrame
+from uncom_reasoner.decisions import failed
+from uncom_reasoner.exceptions import NotSupportedError
+from uncom_reasoner.grounding import ground
+from uncom_reasoner.job import object_end, target_end, words_span
+from uncom_reasoner.memory import Memory, remember
+from uncom_reasoner.phrases import phrases_of
+from uncom_reasoner.senses import SeenHands, Senses
+from uncom_reasoner.types import Decision, Evidence, View
+from uncom_reasoner.weights import load_weights
+from uncom_reasoner.wording import refusal
+
+from uncom_bringup.chain_config import ChainConfig
+
+Rgb = npt.NDArray[np.uint8]
+Depth = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class CameraFrame:
+    """One colour image (H, W, 3) with its stamp [s] and registered depth (H, W) [m], NaN where unknown, or None."""
+
+    stamp_s: float
+    rgb: Rgb
+    depth: Depth | None
+
+
+class Recording(Protocol):
+    """What the robot's senses gave: sound, images, the camera, and where it was."""
+
+    @property
+    def samples(self) -> npt.NDArray[np.int16]:
+        """Mono sound (N,)."""
+
+    @property
+    def sample_rate(self) -> int:
+        """Samples a second [Hz]."""
+
+    @property
+    def sound_start_s(self) -> float:
+        """Stamp of the first sample [s]."""
+
+    @property
+    def camera(self) -> PinholeCamera:
+        """Intrinsics of the images."""
+
+    @property
+    def camera_frame(self) -> str:
+        """Frame of the images."""
+
+    @property
+    def transforms(self) -> Sequence[tuple[StampedTransform, bool]]:
+        """All transforms; True for static ones."""
+
+    def frames(self) -> Iterator[CameraFrame]:
+        """Yield the images in order of time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Grounding:
+    """One command with its decision, and what the decision was made on (None where nothing was looked at)."""
+
+    command: Command
+    decision: Decision
+    evidence: Evidence | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ChainResult:
+    """All that was made of a recording; latency_s is processor time by stage [s]."""
+
+    transcripts: tuple[Transcript, ...]
+    commands: tuple[Command, ...]
+    hands: tuple[HandsFrame, ...]
+    groundings: tuple[Grounding, ...]
+    latency_s: dict[str, float] = field(default_factory=dict)
+
+
+class _Clock:
+    """Adds up processor time by stage."""
+
+    def __init__(self) -> None:
+        self.spent: dict[str, float] = {}
+
+    def add(self, stage: str, since: float) -> None:
+        self.spent[stage] = self.spent.get(stage, 0.0) + time.process_time() - since
+
+
+class Chain:
+    """The cores of speech, language, gesture, detection and reasoner; loading them takes some seconds."""
+
+    def __init__(self, config: ChainConfig | None = None) -> None:
+        """Load the back ends that the configuration names.
+
+        Raises:
+            UncomError: a back end cannot be loaded.
+        """
+        self.config = config or ChainConfig()
+        speech = self.config.speech
+        self._recognizer = make_recognizer(speech.backend, speech.language, tuple(filter(None, speech.scene_words)))
+        language = self.config.language
+        self._understanding = Understanding(language.backend, language.language, language.max_alternative_loss)
+        self._detector = make_detector(self.config.detection.backend, self.config.detection.lexicon)
+        self._weights = load_weights(self.config.reasoner.weights_file)
+        self._placing = self.config.reasoner.placing()
+
+    @property
+    def backends(self) -> tuple[str, ...]:
+        """Name of every back end, in the order of the stages."""
+        return (
+            self._recognizer.backend, self._understanding.backend, self.config.gesture.backend, self._detector.name,
+        )  # fmt: skip
+
+    def hear(self, recording: Recording) -> tuple[Transcript, ...]:
+        """Return what is said, an utterance each; their ids count from 1."""
+        stream = UtteranceStream(self.config.speech.endpointer(), recording.sample_rate)
+        heard: list[Transcript] = []
+        for segment in [*stream.feed(recording.samples, recording.sound_start_s), *stream.flush()]:
+            words = self._recognizer.transcribe(segment.samples, SAMPLE_RATE)
+            if words.words:
+                name = f"utterance-{len(heard) + 1}"
+                heard.append(shifted_transcript(words, segment.start_s, name, self._recognizer))
+        return tuple(heard)
+
+    def parse(self, transcript: Transcript) -> tuple[Command, ...]:
+        """Return the commands of one utterance."""
+        return self._understanding.understand(transcript)
+
+    def watch(self, recording: Recording, until_s: float = float("inf")) -> tuple[HandsFrame, ...]:
+        """Return the hands of every image up to the first one at or after a time [s]."""
+        reader = make_gesture_reader(self.config.gesture)
+        seen: list[HandsFrame] = []
+        for frame in recording.frames():
+            depth = frame.depth if self.config.gesture.use_depth else None
+            seen.append(reader.read(frame.rgb, frame.stamp_s, recording.camera_frame, depth, recording.camera))
+            if frame.stamp_s >= until_s:
+                break
+        return tuple(seen)
+
+    def needed_until_s(self, command: Command) -> float:
+        """Return up to when [s] hands have to be known before a command is decided on."""
+        return words_span(command).end_s + self.config.reasoner.late_pointing_s
+
+    def look(
+        self, recording: Recording, command: Command, hands: Sequence[HandsFrame], memory: Memory
+    ) -> Evidence | None:
+        """Gather what a command is decided on; None if there is no image.
+
+        Raises:
+            UncomError: the detector cannot work with the image.
+        """
+        until_s = next((h.stamp_s for h in hands if h.stamp_s >= self.needed_until_s(command)), float("inf"))
+        senses = self._senses(recording, [h for h in hands if h.stamp_s <= until_s], until_s)
+        choice = senses.scene_frame(command)
+        image = senses.image_at(choice.stamp_s) if choice is not None else None
+        if choice is None or image is None:
+            return None
+        base = self.config.reasoner.base_frame
+        pose = senses.camera_in_base(choice.stamp_s)
+        phrases = phrases_of(command, memory.noun)
+        scene = self._detector.detect(
+            image,
+            senses.depth_at(choice.stamp_s),
+            recording.camera,
+            pose,
+            phrases,
+            senses.hands_at(choice.stamp_s) if choice.with_hand else None,
+            choice.stamp_s,
+        )
+        scene = dataclasses.replace(scene, frame_id=base if pose is not None else recording.camera_frame)
+        return Evidence(
+            command=command,
+            scene=scene,
+            phrases=phrases,
+            view=View(recording.camera, pose if pose is not None else np.eye(4)),
+            rays=senses.rays(command, None if pose is not None else np.eye(4)),
+            object_frame_s=senses.nearest_image_s(object_end(command)),
+            target_frame_s=senses.nearest_image_s(target_end(command)),
+        )
+
+    def _senses(self, recording: Recording, hands: Sequence[HandsFrame], until_s: float) -> Senses:
+        senses = Senses(self.config.reasoner)
+        senses.camera, senses.camera_frame = recording.camera, recording.camera_frame
+        for transform, static in recording.transforms:
+            senses.transforms.add(transform, static=static)
+        for frame in recording.frames():
+            if frame.stamp_s > until_s:
+                break
+            senses.images.add(frame.stamp_s, frame.rgb)
+            if frame.depth is not None and self.config.reasoner.use_depth:
+                senses.depths.add(frame.stamp_s, frame.depth)
+        for seen in hands:
+            senses.hands.add(seen.stamp_s, SeenHands(seen, seen))
+        return senses
+
+    def decide(self, evidence: Evidence, memory: Memory) -> Decision:
+        """Ground one command."""
+        try:
+            return ground(evidence, self._weights, self._placing, memory)
+        except NotSupportedError as error:
+            return Decision(failed(evidence.command, str(error)))
+
+    def understand(self, recording: Recording) -> ChainResult:
+        """Understand a recording from its sound to its grounded commands."""
+        clock = _Clock()
+        start = time.process_time()
+        transcripts = self.hear(recording)
+        clock.add("speech", start)
+        start = time.process_time()
+        commands = tuple(command for transcript in transcripts for command in self.parse(transcript))
+        clock.add("language", start)
+        wanted = [self.needed_until_s(c) for c in commands if c.act is Act.COMMAND]
+        start = time.process_time()
+        hands = self.watch(recording, max(wanted)) if wanted else ()
+        clock.add("hands", start)
+        groundings = self.ground_all(recording, commands, hands, clock)
+        return ChainResult(transcripts, commands, hands, groundings, clock.spent)
+
+    def ground_all(
+        self, recording: Recording, commands: Sequence[Command], hands: Sequence[HandsFrame], clock: _Clock
+    ) -> tuple[Grounding, ...]:
+        """Ground commands one after the other, each knowing of those before."""
+        memory = Memory()
+        done: list[Grounding] = []
+        for command in commands:
+            if command.act in (Act.REFUSED, Act.INCOMPLETE):
+                done.append(Grounding(command, Decision(failed(command, refusal(command)))))
+            if command.act is not Act.COMMAND:
+                continue
+            start = time.process_time()
+            try:
+                evidence = self.look(recording, command, hands, memory)
+            except UncomError as error:
+                reason = f"I cannot look at the table: {error}"
+                done.append(Grounding(command, Decision(failed(command, reason))))
+                continue
+            clock.add("detection", start)
+            if evidence is None:
+                reason = "I see nothing: no camera images arrive."
+                done.append(Grounding(command, Decision(failed(command, reason))))
+                continue
+            start = time.process_time()
+            decision = self.decide(evidence, memory)
+            memory = remember(memory, command, decision.grounded)
+            done.append(Grounding(command, decision, evidence))
+            clock.add("deciding", start)
+        return tuple(done)
