@@ -195,9 +195,9 @@ def test_an_answer_by_pointing_grounds_it_without_a_word():
     talk = conversation()
     ask(talk)
     before = pointing((0.62, -0.2, TABLE_Z + 0.04), (0.8, -0.1, 0.95), np.arange(9.0, 10.0, 0.1))
-    assert talk.pointing_answer(observe(before, lambda _: POSE), 11.5) is None  # the hand was there before
+    assert talk.pointing_answer(observe(before, lambda _: POSE), 10.0, 11.5) is None  # the hand was there before
     hands = pointing((0.6, 0.25, TABLE_Z + 0.04), (0.8, 0.1, 0.95), np.arange(10.5, 11.5, 0.1))
-    ending = talk.pointing_answer(observe(hands, lambda _: POSE), 11.5)
+    ending = talk.pointing_answer(observe(hands, lambda _: POSE), 10.0, 11.5)
     assert ending.candidate_id == "mug_1"
     assert talk.end(ending, 11.5).decisions[0].grounded.object.id == "mug_1"
 

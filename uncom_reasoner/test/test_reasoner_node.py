@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from reasoner_scenes import CAMERA, POSE, TABLE_Z, Thing, command, pointing, reference, scene
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Empty, String
+from std_srvs.srv import SetBool
 from tf2_msgs.msg import TFMessage
 from uncom_common.conversions import camera_to_msg, depth_to_msg, header_to_msg, rgb_to_msg, stamped_transform_to_msg
 from uncom_common.transforms import StampedTransform
@@ -23,11 +25,11 @@ from uncom_language.types import Act, Command
 from uncom_perception.conversions import hands_to_msg, scene_to_response
 from uncom_reasoner.reasoner_node import ReasonerNode
 
+from uncom_interfaces.msg import Answer, ExecutionStatus, Explanation, GroundedCommand, Hands, Question, SpeechStatus
 from uncom_interfaces.msg import Command as CommandMsg
-from uncom_interfaces.msg import Explanation, GroundedCommand, Hands
 from uncom_interfaces.srv import Detect
 
-DOMAIN = 61
+DOMAIN = 71
 OPTICAL = "head_front_camera_rgb_optical_frame"
 THINGS = [
     Thing("lemon_1", "lemon", 0.6, 0.1),
@@ -53,12 +55,20 @@ class Surroundings:
         self.info = n.create_publisher(CameraInfo, "/head_front_camera/rgb/camera_info", 20)
         self.hands = n.create_publisher(Hands, "/uncom/hands", 50)
         self.command = n.create_publisher(CommandMsg, "/uncom/command", 10)
+        self.status = n.create_publisher(ExecutionStatus, "/uncom/execution_status", 10)
+        self.speech = n.create_publisher(SpeechStatus, "/uncom/speech_status", 10)
+        self.answer = n.create_publisher(Answer, "/uncom/answer", 10)
+        self.question = n.create_publisher(Question, "/uncom/question", 10)
+        self.approve = n.create_client(SetBool, "/uncom/approve")
+        self.broken = False
         for kind, topic in (
             (GroundedCommand, "/uncom/grounded_command"),
             (Explanation, "/uncom/explanation"),
             (Image, "/uncom/annotated"),
             (String, "/uncom/say"),
             (Empty, "/uncom/stop"),
+            (Question, "/uncom/question"),
+            (Answer, "/uncom/answer"),
         ):
             n.create_subscription(kind, topic, lambda msg, topic=topic: self._keep(topic, msg), 10)
         if detector:
@@ -71,6 +81,9 @@ class Surroundings:
 
     def _detect(self, request, response):
         self.requests.append(request)
+        if self.broken:
+            response.success, response.reason = False, "the lens is covered"
+            return response
         found = scene(THINGS, tuple(request.phrases))
         return scene_to_response(found, response)
 
@@ -195,3 +208,162 @@ def test_without_images_the_person_is_told(context):
         world.connected([world.command])
         world.say(lemon_to_bowl(world.start_s - 5.0))
         assert world.wait("/uncom/grounded_command").reason == "I see nothing: no camera images arrive."
+
+
+# --- questions, answers, consent ---------------------------------------------------------------------------------
+
+
+def two_lemons(start, utterance="u1"):
+    """A command that leaves open which lemon: nobody points around its words."""
+    obj = reference("lemon", start + 0.2, start + 0.5)
+    return replace(
+        command(obj, reference("bowl", start + 0.6, start + 0.8), text="put the lemon in the bowl"),
+        utterance_id=utterance,
+    )
+
+
+def asked(world, count=1):
+    world.look(seconds=1.5, hand_from=9.0)
+    world.say(two_lemons(world.start_s))
+    return world.wait("/uncom/question", count)
+
+
+def test_a_doubt_becomes_a_question_and_its_spoken_answer_a_command(context):
+    with Graph(context) as world:
+        question = asked(world)
+        assert question.kind == Question.GROUNDING
+        assert set(question.candidate_ids) == {"lemon_1", "lemon_2"}
+        assert world.wait("/uncom/grounded_command").status == GroundedCommand.AMBIGUOUS
+        assert world.wait("/uncom/say").data == question.text
+        wanted = question.choices[list(question.candidate_ids).index("lemon_2")]
+        obj = reference(wanted.removeprefix("the "), world.start_s + 3, world.start_s + 4)
+        world.say(Command("u2", Act.FRAGMENT, wanted, object=obj))
+        msg = world.wait("/uncom/grounded_command", 2)
+        assert (msg.status, msg.object.id, msg.utterance_id) == (GroundedCommand.GROUNDED, "lemon_2", "u1")
+
+
+def test_a_hand_answers_a_question(context):
+    with Graph(context) as world:
+        asked(world)
+        world.connected([world.hands])
+        while len(world.received["/uncom/grounded_command"]) < 2 and time.time() < world.start_s + 12.0:
+            there = pointing((0.6, 0.1, TABLE_Z + 0.02), (0.75, 0.2, 0.9), np.array([time.time()]))[0]
+            world.hands.publish(hands_to_msg(there))
+            threading.Event().wait(0.1)
+        msg = world.wait("/uncom/grounded_command", 2)
+        assert (msg.status, msg.object.id) == (GroundedCommand.GROUNDED, "lemon_1")
+
+
+def test_a_message_answers_a_question_and_one_to_another_question_does_not(context):
+    with Graph(context) as world:
+        question = asked(world)
+        world.answer.publish(Answer(question_id="another", answer=Answer.CHOICE, choice=0))
+        world.answer.publish(Answer(question_id=question.question_id, answer=Answer.UNKNOWN))
+        world.answer.publish(Answer(question_id=question.question_id, answer=Answer.CHOICE, choice=1))
+        msg = world.wait("/uncom/grounded_command", 2)
+        assert msg.object.id == question.candidate_ids[1]
+
+
+def test_a_question_without_an_answer_ends_and_the_next_command_works(context):
+    with Graph(context, question_timeout_s=0.5) as world:
+        asked(world)
+        msg = world.wait("/uncom/grounded_command", 2)
+        assert msg.status == GroundedCommand.CANCELLED
+        world.say(replace(command(reference("bowl", world.start_s + 0.2, world.start_s + 0.5)), utterance_id="u9"))
+        assert world.wait("/uncom/grounded_command", 3).status == GroundedCommand.GROUNDED
+
+
+def test_a_correction_takes_back_the_last_command_and_gives_another(context):
+    with Graph(context) as world:
+        world.look()
+        world.say(lemon_to_bowl(world.start_s))
+        assert world.wait("/uncom/grounded_command").object.id == "lemon_1"
+        other = reference("one", world.start_s + 4, world.start_s + 4.3, other=True, concrete=False)
+        world.say(Command("u2", Act.CORRECTION, "no, the other one", object=other))
+        assert world.wait("/uncom/grounded_command", 2).status == GroundedCommand.CANCELLED
+        msg = world.wait("/uncom/grounded_command", 3)
+        assert (msg.status, msg.object.id) == (GroundedCommand.GROUNDED, "lemon_2")
+
+
+def awaiting(world):
+    world.connected([world.status, world.command, world.answer])
+    world.status.publish(ExecutionStatus(utterance_id="u1", index=0, stage=ExecutionStatus.AWAITING_APPROVAL))
+    return world.wait("/uncom/question")
+
+
+@pytest.mark.parametrize(("act", "verdict"), [(Act.YES, Answer.YES), (Act.NO, Answer.NO), (Act.STOP, Answer.NO)])
+def test_consent_is_asked_for_once_and_only_a_spoken_yes_is_one(context, act, verdict):
+    """R1."""
+    with Graph(context) as world:
+        question = awaiting(world)
+        assert (question.kind, question.question_id) == (Question.APPROVAL, "approve-u1-0")
+        world.say(Command("u2", Act.REFUSED, "yes yes maybe", reason="?"))
+        world.wait("/uncom/grounded_command")
+        assert "/uncom/answer" not in world.received  # what was not understood is no answer
+        world.say(Command("u3", act, "?"))
+        answer = world.wait("/uncom/answer")
+        assert (answer.question_id, answer.answer) == ("approve-u1-0", verdict)
+
+
+def test_consent_by_service(context):
+    with Graph(context) as world:
+        awaiting(world)
+        assert world.approve.wait_for_service(10.0)
+        world.approve.call_async(SetBool.Request(data=True))
+        assert world.wait("/uncom/answer").answer == Answer.YES
+
+
+def test_consent_that_does_not_come_is_a_no(context):
+    with Graph(context, approval_timeout_s=0.4) as world:
+        awaiting(world)
+        assert world.wait("/uncom/answer").answer == Answer.NO
+
+
+def test_an_approval_question_of_the_execution_node_is_not_asked_twice(context):
+    with Graph(context) as world:
+        world.connected([world.question, world.status])
+        world.question.publish(Question(question_id="approve-u1-0", utterance_id="u1", text="May I take it?"))
+        assert world.wait("/uncom/say").data == "May I take it?"
+        world.status.publish(ExecutionStatus(utterance_id="u1", index=0, stage=ExecutionStatus.AWAITING_APPROVAL))
+        world.say(Command("u2", Act.YES, "yes"))
+        assert world.wait("/uncom/answer").answer == Answer.YES
+        assert len(world.received["/uncom/question"]) == 1
+
+
+# --- nothing stalls ------------------------------------------------------------------------------------------------
+
+
+def test_a_detector_that_fails_once_fails_one_command_only(context):
+    with Graph(context) as world:
+        world.look()
+        world.broken = True
+        world.say(lemon_to_bowl(world.start_s))
+        assert world.wait("/uncom/grounded_command").reason == "I cannot look at the table: the lens is covered"
+        world.broken = False
+        world.say(lemon_to_bowl(world.start_s))
+        assert world.wait("/uncom/grounded_command", 2).status == GroundedCommand.GROUNDED
+
+
+def test_a_command_without_any_times_or_parts_stalls_nothing(context):
+    with Graph(context) as world:
+        world.look()
+        world.command.publish(CommandMsg(utterance_id="x", act=CommandMsg.ACT_COMMAND))
+        world.command.publish(CommandMsg(utterance_id="y", act=200, primitive="fly"))
+        assert world.wait("/uncom/grounded_command").status == GroundedCommand.FAILED
+        world.say(lemon_to_bowl(world.start_s))
+        assert world.wait("/uncom/grounded_command", 2).status == GroundedCommand.GROUNDED
+
+
+def test_the_table_is_looked_at_while_the_person_still_speaks(context):
+    with Graph(context) as world:
+        world.look(seconds=1.5, hand_from=9.0)
+        world.speech.publish(SpeechStatus(state=SpeechStatus.SPEECH))
+        end = time.monotonic() + 10.0
+        while not world.requests:
+            assert time.monotonic() < end, "nothing was looked at"
+            threading.Event().wait(0.02)
+        world.say(lemon_to_bowl(world.start_s - 1.2))
+        world.wait("/uncom/grounded_command")
+        first, second = world.requests
+        assert list(first.phrases) == ["container", "objects"]
+        assert first.image.header.stamp == second.image.header.stamp

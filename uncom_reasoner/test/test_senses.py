@@ -6,9 +6,11 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from reasoner_scenes import command, reference
+from reasoner_scenes import POSE, TABLE_Z, command, pointing, reference
 from uncom_reasoner.frames import StampedBuffer, scene_frame
-from uncom_reasoner.job import Job, hands_complete, words_span
+from uncom_reasoner.job import Job, gestures_complete, out_of_time, words_span
+from uncom_reasoner.rays import observe
+from uncom_reasoner.weights import load_weights
 
 
 @given(st.lists(st.floats(0.0, 1000.0), max_size=300))
@@ -66,8 +68,23 @@ def test_with_a_hand_all_the_time_the_object_frame_is_used_with_the_hand():
 def test_without_a_gesture_node_the_wait_ends():
     job = Job(command(reference("lemon", 1.0, 1.4), reference("bowl", 2.0, 2.4)), received_s=3.0, received_wall_s=50.0)
     assert words_span(job.command).end_s == 2.4
-    assert hands_complete(job, 3.1, 3.1, 50.1, 0.6, 2.0)
-    assert not hands_complete(job, 2.5, 3.1, 50.1, 0.6, 2.0)
-    assert not hands_complete(job, float("-inf"), 4.9, 51.9, 0.6, 2.0)
-    assert hands_complete(job, float("-inf"), 5.1, 52.1, 0.6, 2.0)
-    assert hands_complete(job, float("-inf"), 3.0, 56.1, 0.6, 2.0)
+    assert not out_of_time(job, 4.9, 51.9, 0.6, 2.0)
+    assert out_of_time(job, 5.1, 52.1, 0.6, 2.0)
+    assert out_of_time(job, 3.0, 56.1, 0.6, 2.0)  # should the clock of the stamps stand still
+
+
+def test_words_that_need_no_gesture_do_not_wait_for_one():
+    named = command(reference("lemon", 1.0, 1.4), reference("bowl", 2.0, 2.4))
+    weights = load_weights()
+    assert gestures_complete(named, (), 2.35, 0.6, weights)
+    assert not gestures_complete(named, (), 1.9, 0.6, weights)
+
+
+def test_a_pointing_word_waits_for_its_gesture_and_no_longer_than_that():
+    here = reference("here", 2.0, 2.4, concrete=False, deictic="here")
+    pointed = command(reference("lemon", 1.0, 1.4), here)
+    weights = load_weights()
+    rays = observe(pointing((0.6, 0.1, TABLE_Z), (0.8, 0.1, 0.9), np.arange(1.9, 2.6, 0.1)), lambda _: POSE)
+    assert gestures_complete(pointed, rays, 2.66, 0.6, weights)
+    assert not gestures_complete(pointed, (), 2.66, 0.6, weights)
+    assert gestures_complete(pointed, (), 3.0, 0.6, weights)

@@ -59,6 +59,9 @@ class ReasonerConfig:
     hands_keep_s: float = field(default=20.0, metadata={"description": "how long hands are kept [s]"})
     late_pointing_s: float = field(default=0.6, metadata={"description": "wait for hands after the last word [s]"})
     wait_timeout_s: float = field(default=2.0, metadata={"description": "longest wait for hands and images [s]"})
+    behind_s: float = field(
+        default=0.3, metadata={"description": "hands known up to so long before the last word: time to look [s]"}
+    )
     detect_timeout_s: float = field(
         default=15.0, metadata={"description": "longest wait for the detector, wall time [s]"}
     )
@@ -66,6 +69,13 @@ class ReasonerConfig:
         default=0.4, metadata={"description": "no hand this long before a scene frame [s]"}
     )
     hand_free_after_s: float = field(default=0.8, metadata={"description": "no hand this long after a scene frame [s]"})
+    look_ahead: bool = field(
+        default=True, metadata={"description": "detect things while the person still speaks, to answer sooner"}
+    )
+    question_timeout_s: float = field(default=15.0, metadata={"description": "how long a question stays open [s]"})
+    approval_timeout_s: float = field(
+        default=60.0, metadata={"description": "how long a question whether to move stays open here [s]"}
+    )
     clearance_m: float = field(default=0.02, metadata={"description": "gap kept to other things [m]"})
     edge_margin_m: float = field(default=0.02, metadata={"description": "gap kept to the table's edge [m]"})
     cell_m: float = field(default=0.06, metadata={"description": "size of Voronoi cells [m]"})
@@ -74,7 +84,8 @@ class ReasonerConfig:
 
     def __post_init__(self) -> None:
         """Reject unusable values."""
-        for name in ("buffer_s", "buffer_hz", "hands_keep_s", "wait_timeout_s", "detect_timeout_s"):
+        for name in ("buffer_s", "buffer_hz", "hands_keep_s", "wait_timeout_s", "detect_timeout_s",
+                     "question_timeout_s", "approval_timeout_s"):  # fmt: skip
             if getattr(self, name) <= 0.0:
                 raise InvalidConfigError(name, getattr(self, name), "must be positive")
         self.placing()

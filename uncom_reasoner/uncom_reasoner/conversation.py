@@ -130,14 +130,17 @@ class Conversation:
         given = given_after(turn.decisions[-1], said, changed, turn.command)
         return Again(changed, given, replaces=turn.command)
 
-    def pointing_answer(self, rays: tuple[RayObservation, ...], now_s: float) -> Ending | None:
-        """End the open question if a hand has come to rest on one of its choices since it was asked."""
+    def pointing_answer(self, rays: tuple[RayObservation, ...], asked_s: float, now_s: float) -> Ending | None:
+        """End the open question if a hand has come to rest on one of its choices since it was asked.
+
+        The times [s] are of the clock of the rays' stamps.
+        """
         turn, question = self.last, self.dialogue.question
         if turn is None or question is None or turn.question is None or turn.question.id != question.id:
             return None
         if question.part == "perspective" or len(question.candidate_ids) < 2:
             return None
-        since = self.dialogue.asked_s + REACTION_S
+        since = asked_s + REACTION_S
         dwells = [d for d in dwells_of(rays, self._weights) if d.stamps_s[0] >= since]
         ray = phrase_ray(question.part, Span(since, now_s), dwells, self._weights)
         if not ray.present or ray.weight < POINTED_WEIGHT:

@@ -3,32 +3,48 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from enum import Enum
 
-from uncom_language.types import Command, Span
+from uncom_language.types import Command, Reference, Span
+from uncom_perception.types import Scene
+
+from uncom_reasoner.phrases import is_bare, is_place_word
+from uncom_reasoner.rays import dwells_of, phrase_ray, phrase_span
+from uncom_reasoner.types import Given, RayObservation
+from uncom_reasoner.weights import Weights
+
+SETTLED_WEIGHT = 2.0  # a gesture with so many frames' weight needs no more of them
+SETTLED_S = 0.25  # hands known so long after the words are enough where gestures are there already
+BEHIND_S = 0.1  # of the words: how far hands may be behind where no gesture is needed
 
 
 class Stage(Enum):
     """Where a command is."""
 
-    WAITING = "waiting"  # for hands and images up to the end of its words
+    LOOKING = "looking"  # for an image to detect things in
     DETECTING = "detecting"
+    WAITING = "waiting"  # for hands up to the end of its words
     DECIDING = "deciding"
 
 
 @dataclass
 class Job:
-    """A command being grounded; wall times are of a steady clock [s]."""
+    """A command being grounded; wall times are of a steady clock [s], `frame` is the image's message."""
 
     command: Command
     received_s: float
     received_wall_s: float
-    stage: Stage = Stage.WAITING
-    asked_wall_s: float = 0.0
+    given: Given = field(default_factory=Given)
+    asked: int = 0  # questions so far
+    stage: Stage = Stage.LOOKING
+    asked_wall_s: float = 0.0  # when the detector was asked
     scene_s: float = 0.0
     with_hand: bool = False
     phrases: tuple[str, ...] = ()
+    scene: Scene | None = None
+    timings_s: dict[str, float] = field(default_factory=dict)
 
 
 def words_span(command: Command) -> Span:
@@ -51,12 +67,44 @@ def target_end(command: Command) -> float:
     return command.target.span.end_s if command.target is not None else words_span(command).end_s
 
 
-def hands_complete(job: Job, latest_hands_s: float, now_s: float, wall_s: float, late_s: float, limit_s: float) -> bool:
-    """Whether to wait no more: hands up to the end of the words (and a while), or the limit has passed.
+def deictic_parts(command: Command) -> dict[str, Reference]:
+    """Return the parts that need a gesture: "this", "this bowl", "here"."""
+    parts = {"object": command.object, "target": command.target, "reference2": command.reference2}
+    return {
+        name: r
+        for name, r in parts.items()
+        if r is not None and (r.deictic or is_place_word(r) or (is_bare(r) and not r.anaphoric and not r.other))
+    }
+
+
+def gestures_complete(
+    command: Command, rays: Sequence[RayObservation], latest_s: float, late_s: float, weights: Weights
+) -> bool:
+    """Whether the hands seen up to latest_s [s] are enough to decide on a command.
+
+    Without a pointing word, hands up to the last word are; with one, its gesture must be there, or late_s have passed.
+    """
+    end = words_span(command).end_s
+    if latest_s >= end + late_s:
+        return True
+    parts = deictic_parts(command)
+    if not parts:
+        return latest_s >= end - BEHIND_S
+    if latest_s < end + min(SETTLED_S, late_s):
+        return False
+    dwells = dwells_of(rays, weights)
+    spans = {name: phrase_span(r) for name, r in parts.items()}
+    for name, span in spans.items():
+        others = [other for key, other in spans.items() if key != name and other != span]
+        if phrase_ray(name, span, dwells, weights, others).weight < SETTLED_WEIGHT:
+            return False
+    return True
+
+
+def out_of_time(job: Job, now_s: float, wall_s: float, late_s: float, limit_s: float) -> bool:
+    """Whether hands and images were waited for long enough.
 
     The limit counts on the clock of the stamps, and (three times as long) on the wall, should that clock stand still.
     """
     needed = words_span(job.command).end_s + late_s
-    if latest_hands_s >= needed:
-        return True
     return now_s >= max(needed, job.received_s) + limit_s or wall_s >= job.received_wall_s + 3.0 * limit_s

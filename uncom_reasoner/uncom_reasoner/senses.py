@@ -25,6 +25,7 @@ from uncom_reasoner.types import RayObservation
 logger = logging.getLogger(__name__)
 
 SAME_FRAME_S = 0.05
+AHEAD_S = 4.0  # a frame so long before the words still shows what is spoken of
 GESTURE_MARGIN_S = 2.0  # hands so long before and after the words are looked at
 
 
@@ -49,19 +50,47 @@ class Senses:
         self.camera_info: Any = None
         self.camera: PinholeCamera | None = None
         self.camera_frame = ""
+        self.ahead_s: float | None = None
 
     def latest_s(self) -> float:
         """Return up to when both images and hands are known."""
         return min(self.hands.latest_s(), self.images.latest_s())
 
+    def look_ahead(self, now_s: float) -> float | None:
+        """Choose a frame without a hand to detect things in before the command is known; None if there is none."""
+        config = self._config
+        hands = [(stamp, bool(seen.frame.hands)) for stamp, seen in self.hands.items()]
+        choice = scene_frame(self._stamps(), hands, now_s, config.hand_free_before_s, config.hand_free_after_s)
+        if choice is None or choice.with_hand or choice.stamp_s < now_s - AHEAD_S:
+            return None
+        self.ahead_s = choice.stamp_s
+        return choice.stamp_s
+
+    def _stamps(self) -> list[float]:
+        """Return the stamps of the images, of those with depth if there are any."""
+        stamps = [stamp for stamp, _ in self.images.items()]
+        return [stamp for stamp in stamps if self.depth_at(stamp) is not None] or stamps
+
+    def rays_between(self, start_s: float, end_s: float) -> tuple[RayObservation, ...]:
+        """Return the rays of a stretch of time, in the base frame."""
+        near = [seen.frame for stamp, seen in self.hands.items() if start_s <= stamp <= end_s]
+        return observe(near, self.camera_in_base)
+
     def scene_frame(self, command: Command) -> SceneFrame | None:
-        """Choose the image whose things are weighed for a command, or None without images."""
+        """Choose the image whose things are weighed for a command, or None without images.
+
+        A frame that was looked at ahead is taken if it still shows no hand: what was found in it is known.
+        """
         end = words_span(command).end_s
         hands = [(stamp, bool(seen.frame.hands)) for stamp, seen in self.hands.items() if stamp <= end + 5.0]
-        stamps = [stamp for stamp, _ in self.images.items()]
-        stamps = [stamp for stamp in stamps if self.depth_at(stamp) is not None] or stamps
         config = self._config
-        return scene_frame(stamps, hands, object_end(command), config.hand_free_before_s, config.hand_free_after_s)
+        wanted = object_end(command)
+        spans = (config.hand_free_before_s, config.hand_free_after_s)
+        if self.ahead_s is not None and wanted - AHEAD_S <= self.ahead_s <= wanted:
+            known = scene_frame([self.ahead_s], hands, wanted, *spans)
+            if known is not None and not known.with_hand and self.image_at(known.stamp_s) is not None:
+                return known
+        return scene_frame(self._stamps(), hands, wanted, *spans)
 
     def image_at(self, stamp_s: float) -> Any | None:
         """Return the image with a stamp, or None if it is gone."""

@@ -69,6 +69,13 @@ def sentence(command: Command, grounded: GroundedCommand) -> str:
     return f"I take {thing} and put it {place}."
 
 
+def proposal(command: Command, grounded: GroundedCommand) -> str:
+    """Return the question whether to do it (paper, section III-J): "Shall I take the lemon and put it in the bowl?"."""
+    words = sentence(command, grounded).removeprefix("I ").removesuffix(".")
+    more = f" There are {grounded.parts} of them." if grounded.parts > 1 else ""
+    return f"Shall I {words}?{more}"
+
+
 def _called(reference: Reference | None, thing: Detection) -> str:
     """Return the speaker's own noun where there is one, with the colour where a finger chose among several."""
     if reference is None or is_bare(reference) or is_place_word(reference):

@@ -67,11 +67,15 @@ class Dialogue:
             return self._end(End.DROPPED, command=command)
         if command.act in (Act.YES, Act.NO):
             return self._decided(yes=command.act is Act.YES)
+        return self._other_words(command, question)
+
+    def _other_words(self, command: Command, question: Question) -> Ending | None:
+        """Take words that are neither yes nor no: one of the choices, or a part said in another way."""
         named = choice_in(command.text, question) if question.kind is QuestionKind.GROUNDING else ""
         if named:
             return self._choose(named)
         # A motion that was asked about is amended by a correction only: a stray noun is no new wish.
-        amends = command.act is Act.CORRECTION if question.kind is QuestionKind.APPROVAL else _has_parts(command)
+        amends = command.act is Act.CORRECTION or question.kind is QuestionKind.GROUNDING
         if amends and _has_parts(command) and question.part != "perspective":
             return self._end(End.REWORDED, command=command)
         return None
