@@ -10,6 +10,7 @@ from typing import Any
 
 from uncom_bringup import run_record as kinds
 from uncom_bringup import video
+from uncom_bringup.answer import answer, lasting, utterance_names
 from uncom_bringup.image_codec import decode_colour, encode_png
 from uncom_bringup.report.page import Outcome, write_report
 from uncom_bringup.run_record import RunRecord
@@ -18,20 +19,24 @@ COMMANDS, PICTURE, REPORT, VIDEO, BAG = "command.json", "annotated_action.png", 
 
 
 def write_commands(path: Path, record: RunRecord, heard: str) -> None:
-    """Write what was understood and grounded, with the reasons, as JSON (one entry a command)."""
+    """Write what was understood and grounded, with the reasons, as JSON (one entry a command).
+
+    Nothing in it differs between two runs of one bag.
+    """
+    names = utterance_names(record)
     entries = []
     for event in record.of(kinds.COMMAND):
         key = (event.data["utterance_id"], event.data["index"])
         grounded = [e.data for e in record.of(kinds.GROUNDED) if (e.data["utterance_id"], e.data["index"]) == key]
         entries.append(
             {
-                "command": event.data,
-                "grounded": grounded[-1] if grounded else None,
-                "explanation": record.explanation_of(*key),
+                "command": lasting(event.data, names),
+                "grounded": lasting(grounded[-1], names) if grounded else None,
+                "explanation": lasting(record.explanation_of(*key), names),
             }
         )
-    transcripts = [event.data for event in record.of(kinds.TRANSCRIPT)]
-    content = {"heard": heard, "transcripts": transcripts, "commands": entries}
+    transcripts = [lasting(event.data, names) for event in record.of(kinds.TRANSCRIPT)]
+    content = {"heard": heard, "answer": answer(record), "transcripts": transcripts, "commands": entries}
     path.write_text(json.dumps(content, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
 
 

@@ -25,6 +25,7 @@ INTERRUPTED = 130
 COMMANDS = (
     "demo",
     "understand",
+    "compare",
     "replay",
     "record",
     "parse",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Nodes composed in one process on one executor: for tests, and for machines where processes are dear."""
+"""Nodes composed in one process, each spun as its own process would: for tests and benchmarks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any, Self
 
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -25,14 +25,13 @@ def node_class(spec: NodeSpec) -> Any:
 
 
 class ComposedGraph:
-    """Several nodes in one context of its own, spun by a thread until closed."""
+    """Several nodes in one context of its own, each spun by a thread of its own until closed."""
 
     def __init__(
         self,
         domain: int,
         specs: Sequence[NodeSpec] = SIX_NODES,
         parameters: Mapping[str, Mapping[str, ParameterValue]] | None = None,
-        threads: int = 4,
     ) -> None:
         """Make the nodes; `parameters` are by node name, and those under "" go to every node.
 
@@ -42,8 +41,8 @@ class ComposedGraph:
         self.context = Context()
         rclpy.init(context=self.context, domain_id=domain)
         self.nodes: dict[str, Node] = {}
-        self._executor = MultiThreadedExecutor(num_threads=threads, context=self.context)
-        self._thread: threading.Thread | None = None
+        self._executors: list[SingleThreadedExecutor] = []
+        self._threads: list[threading.Thread] = []
         try:
             for spec in specs:
                 given = {**(parameters or {}).get("", {}), **(parameters or {}).get(spec.name, {})}
@@ -56,23 +55,24 @@ class ComposedGraph:
     def add(self, node: Node) -> None:
         """Spin another node of the same context, too."""
         self.nodes[node.get_name()] = node
-        self._executor.add_node(node)
+        executor = SingleThreadedExecutor(context=self.context)
+        executor.add_node(node)
+        self._executors.append(executor)
 
     def start(self) -> Self:
         """Begin to spin."""
-        self._thread = threading.Thread(target=self._spin, name="composed graph", daemon=True)
-        self._thread.start()
+        for executor in self._executors[len(self._threads) :]:
+            thread = threading.Thread(target=_spin, args=(executor,), name="composed graph", daemon=True)
+            thread.start()
+            self._threads.append(thread)
         return self
-
-    def _spin(self) -> None:
-        with suppress(ExternalShutdownException):
-            self._executor.spin()
 
     def close(self) -> None:
         """Stop spinning and destroy the nodes."""
-        self._executor.shutdown(timeout_sec=2.0)
-        if self._thread is not None:
-            self._thread.join(timeout=5.0)
+        for executor in self._executors:
+            executor.shutdown(timeout_sec=2.0)
+        for thread in self._threads:
+            thread.join(timeout=5.0)
         for node in self.nodes.values():
             node.destroy_node()
         self.nodes.clear()
@@ -87,3 +87,8 @@ class ComposedGraph:
     ) -> None:
         """Stop."""
         self.close()
+
+
+def _spin(executor: SingleThreadedExecutor) -> None:
+    with suppress(ExternalShutdownException):
+        executor.spin()

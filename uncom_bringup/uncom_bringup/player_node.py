@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
+from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
@@ -67,6 +68,20 @@ class PlayerNode(Node):
         if topic.type_name == _COMPRESSED and topic.name.endswith(_SUFFIXES):
             image = self.create_publisher(Image, topic.name.rsplit("/", 1)[0], QoSProfile(depth=10))
         return _Channel(self.create_publisher(message_type, topic.name, qos), message_type, image)
+
+    def image_topic(self, topic: str) -> tuple[str, ...]:
+        """Return the name under which a topic's compressed images are published as plain ones, if they are."""
+        channel = self._channels.get(topic)
+        return (channel.image.topic_name,) if channel is not None and channel.image is not None else ()
+
+    def wait_until_taken(self, limit_s: float) -> None:
+        """Wait until whoever listens to what was published so far has it; none listens longer than limit_s."""
+        deadline = time.monotonic() + limit_s
+        for channel in self._channels.values():
+            for publisher in (channel.raw, channel.image):
+                if publisher is not None and publisher.get_subscription_count():
+                    left = max(0.0, deadline - time.monotonic())
+                    publisher.wait_for_all_acked(Duration(nanoseconds=int(1e9 * left)))
 
     def publish(self, message: BagMessage) -> None:
         """Publish one message now.

@@ -23,7 +23,7 @@ ACT_NAMES = ("command", "refused", "incomplete", "yes", "no", "stop", "cancel")
 STATUS_GROUNDED, STATUS_FAILED, STATUS_AMBIGUOUS = 0, 1, 2
 STATUS_NAMES = ("grounded", "failed", "ambiguous")
 STAGE_IDLE, STAGE_DONE, STAGE_FAILED, STAGE_STOPPED = 0, 11, 12, 13
-SPEECH_IDLE = 0
+SPEECH_IDLE, SPEECH_RECOGNISING = 0, 2
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,43 +1,36 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the understanding part of the graph on a bag."""
+"""Runs the understanding part of the graph on a bag: everything in it, however slow the machine."""
 
 from __future__ import annotations
 
 import os
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Self
 
 import rclpy
-from audio_common_msgs.msg import AudioDataStamped
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.parameter import Parameter
-from rclpy.serialization import deserialize_message
-from uncom_common.conversions import seconds_from_msg, time_to_msg
 
-from uncom_bringup import artifacts, progress, summary, topics
-from uncom_bringup import run_record as kinds
-from uncom_bringup.bag_reader import BagMessage, BagReader
-from uncom_bringup.completion import waiting_for
+from uncom_bringup import progress, topics
+from uncom_bringup.bag_reader import BagReader
+from uncom_bringup.composed_node import ComposedGraph
 from uncom_bringup.domain import DomainClaim
 from uncom_bringup.exceptions import BagError, GraphError
-from uncom_bringup.graph import UNDERSTANDING, GraphProcesses
+from uncom_bringup.graph import UNDERSTANDING, GraphProcesses, ParameterValue
+from uncom_bringup.lockstep_node import Lockstep
 from uncom_bringup.monitor_node import MonitorNode
-from uncom_bringup.player_node import PlayerNode, chosen_topics, play
-from uncom_bringup.report.page import Outcome
-from uncom_bringup.run_record import STATUS_GROUNDED, Event, RunRecord
+from uncom_bringup.player_node import PlayerNode, chosen_topics
+from uncom_bringup.run_record import Event
+from uncom_bringup.understanding import Understanding
 
-_START_TIMEOUT_S = 90.0
-_ANSWER_TIMEOUT_S = 30.0
-_HANDS_TIMEOUT_S = 5.0
-_SILENCE_S = 0.05
-_DEPTH_LATER_NS = 60_000_000
-_NEVER_NS = 2**63
+_START_TIMEOUT_S = 120.0
 _PICTURES = (topics.RGB.name, topics.RGB.stored_name)
+_DEPTHS = (topics.DEPTH.name, topics.DEPTH.stored_name)
 
 
 def check_bag(bag: BagReader) -> None:
@@ -53,150 +46,123 @@ def check_bag(bag: BagReader) -> None:
         raise BagError(bag.path, f"has neither of {', '.join(_PICTURES)}; it has {', '.join(sorted(names))}")
 
 
+def graph_parameters(bag: BagReader) -> dict[str, dict[str, ParameterValue]]:
+    """Return the nodes' parameters for a bag: patience in place of the haste that a live graph needs."""
+    depth = bool({topic.name for topic in bag.topics} & set(_DEPTHS))
+    return {
+        "": {"use_sim_time": True},
+        "gesture_node": {"use_depth": depth, "depth_wait_s": 1.0, "queue_size": 64},
+        "reasoner_node": {"use_depth": depth, "wait_timeout_s": 20.0, "detect_timeout_s": 300.0},
+    }
+
+
 def understand(
-    bag: BagReader, folder: Path, *, rate: float, parameter_files: Sequence[Path], say: Callable[[str], None]
-) -> dict[str, Any]:
-    """Play a bag to the nodes and gather what they understand; returns what `uncom understand --json` prints.
+    bag: BagReader,
+    log_dir: Path,
+    *,
+    rate: float | None = None,
+    parameter_files: Sequence[Path] = (),
+    say: Callable[[str], None] = lambda _: None,
+) -> Understanding:
+    """Start the nodes as processes and play a bag to them; `say` gets a line for each event.
 
     Raises:
         GraphError: a node did not come up or died.
         BagError: the bag is damaged.
     """
-    begin = time.monotonic()
-
-    def tell(event: Event) -> None:
-        words = progress.line(event)
-        if words:
-            say(words)
-
+    parameters = graph_parameters(bag)
     with (
         DomainClaim(os.environ.get("ROS_DOMAIN_ID")) as claim,
-        GraphProcesses(folder / "log", claim.domain, parameter_files) as graph,
+        GraphProcesses(log_dir, claim.domain, parameter_files) as graph,
     ):
         say(progress.head("starting", f"five nodes (ROS domain {claim.domain})"))
         for spec in UNDERSTANDING:
-            graph.start(spec, {"use_sim_time": True})
-        record = _Session(claim.domain, bag, tell).run(graph, rate, say)
-    return _result(bag, folder, record, time.monotonic() - begin)
+            graph.start(spec, {**parameters[""], **parameters.get(spec.name, {})})
+        with _Ear(bag, claim.domain, graph.check, say) as ear:
+            return ear.listen(rate)
 
 
-class _Session:
+def understand_in_process(
+    path: Path, overrides: Mapping[str, Mapping[str, ParameterValue]] | None = None, domain: int | None = None
+) -> Understanding:
+    """Run the same nodes in this process on a bag: for tests and benchmarks, quicker to start.
+
+    Args:
+        path: the bag.
+        overrides: parameters by node name over the usual ones (not those of the shipped files).
+        domain: ROS domain id; None takes a free one.
+
+    Raises:
+        UncomError: the bag cannot be used, or a node its parameters.
+    """
+    with BagReader(path) as bag:
+        check_bag(bag)
+        parameters = graph_parameters(bag)
+        for name, values in (overrides or {}).items():
+            parameters[name] = {**parameters.get(name, {}), **values}
+        with (
+            DomainClaim(None if domain is None else str(domain)) as claim,
+            ComposedGraph(claim.domain, UNDERSTANDING, parameters),
+            _Ear(bag, claim.domain, lambda: None, lambda _: None) as ear,
+        ):
+            return ear.listen(None)
+
+
+class _Ear:
     """Player and monitor in one context of their own."""
 
-    def __init__(self, domain: int, bag: BagReader, tell: Callable[[Event], None]) -> None:
-        self._bag = bag
+    def __init__(self, bag: BagReader, domain: int, check: Callable[[], None], say: Callable[[str], None]) -> None:
+        self._bag, self._check, self._say = bag, check, say
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain)
         self._player = PlayerNode(chosen_topics(bag, ()), clock=True, context=self._context)
         clock = [Parameter("use_sim_time", value=True)]
-        self._tell = tell
-        self._hands_s = self._picture_s = 0.0
-        self._due_ns = _NEVER_NS
+        self._lockstep: Lockstep | None = None
         self._monitor = MonitorNode(self._hear, keep_camera=False, context=self._context, parameter_overrides=clock)
-        self._silence = self._player.create_publisher(AudioDataStamped, topics.AUDIO.name, 500)
+        self._lockstep = Lockstep(bag, self._player, self._monitor, check, say)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._monitor)
+        self._thread = threading.Thread(target=self._spin, name="ear", daemon=True)
 
-    def run(self, graph: GraphProcesses, rate: float, say: Callable[[str], None]) -> RunRecord:
-        executor = SingleThreadedExecutor(context=self._context)
-        executor.add_node(self._monitor)
-        thread = threading.Thread(target=self._spin, args=(executor,), daemon=True)
-        thread.start()
-        try:
-            self._wait_until_up(graph)
-            say(progress.head("playing", f"{self._bag.duration_s:.1f} s at rate {rate:g}"))
-            play(self._bag, self._player, rate, self._player.published_topics, graph.check, self._wait_for_hands)
-            self._wait_for_answers(graph, rate)
-            return self._monitor.record()
-        finally:
-            executor.shutdown(timeout_sec=2.0)
-            thread.join(timeout=5.0)
-            self._player.destroy_node()
-            self._monitor.destroy_node()
-            self._context.try_shutdown()
+    def listen(self, rate: float | None) -> Understanding:
+        """Play the bag and return what was understood."""
+        lockstep = self._lockstep
+        assert lockstep is not None  # noqa: S101  (made in __init__)
+        self._wait_until_up(lockstep)
+        pace = "as fast as it is understood" if rate is None else f"at rate {rate:g}"
+        self._say(progress.head("playing", f"{self._bag.duration_s:.1f} s {pace}"))
+        lockstep.run(rate)
+        tally = lockstep.tally
+        return Understanding(self._monitor.record(), tally.pictures, len(tally.without_answer))
 
-    @staticmethod
-    def _spin(executor: SingleThreadedExecutor) -> None:
-        with suppress(ExternalShutdownException):
-            executor.spin()
+    def _hear(self, event: Event) -> None:
+        if self._lockstep is not None:
+            self._lockstep.hear(event)
+        words = progress.line(event)
+        if words:
+            self._say(words)
 
-    def _wait_until_up(self, graph: GraphProcesses) -> None:
+    def _wait_until_up(self, lockstep: Lockstep) -> None:
         deadline = time.monotonic() + _START_TIMEOUT_S
-        needed = {"speech_node": topics.AUDIO, "gesture_node": topics.RGB, "reasoner_node": topics.COMMAND}
-        while True:
-            graph.check()
-            missing = [n for n in self._monitor.missing() if n.startswith(("language_node", "detection_node"))]
-            for node, topic in needed.items():
-                if node not in {i.node_name for i in self._monitor.get_subscriptions_info_by_topic(topic.name)}:
-                    missing.append(node)
-            if not missing:
-                return
+        while missing := lockstep.missing():
+            self._check()
             if time.monotonic() > deadline:
                 raise GraphError(
                     "the graph", f"is not up after {_START_TIMEOUT_S:.0f} s; missing: {', '.join(missing)}"
                 )
             time.sleep(0.05)
 
-    def _wait_for_hands(self, message: BagMessage) -> None:
-        """Hold time until a picture was searched for hands: on a slow machine none may be left out.
+    def _spin(self) -> None:
+        with suppress(ExternalShutdownException):
+            self._executor.spin()
 
-        The search needs what belongs to the picture, so a little time must pass after it: its depth comes later.
-        """
-        if message.time_ns > self._due_ns:
-            deadline = time.monotonic() + _HANDS_TIMEOUT_S
-            while self._hands_s < self._picture_s - 1e-6 and time.monotonic() < deadline:
-                time.sleep(0.001)
-            self._due_ns = _NEVER_NS
-        if message.topic.name in _PICTURES:
-            self._picture_s = self._stamp_s(message)
-            self._due_ns = message.time_ns + _DEPTH_LATER_NS
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
 
-    def _stamp_s(self, message: BagMessage) -> float:
-        stamp = self._bag.deserialise(message).header.stamp
-        return float(stamp.sec) + 1e-9 * float(stamp.nanosec)
-
-    def _hear(self, event: Event) -> None:
-        if event.kind == kinds.HANDS:
-            self._hands_s = event.stamp_s
-        self._tell(event)
-
-    def _wait_for_answers(self, graph: GraphProcesses, rate: float) -> None:
-        """Let time go on, in silence, until everything heard is answered: the last word needs its end."""
-        last = None
-        for message in self._bag.messages([topics.AUDIO.name]):
-            last = message
-        if last is None:
-            return
-        sound = deserialize_message(last.data, AudioDataStamped)
-        chunk = bytes(len(sound.audio.data))
-        stamp_s = end_s = seconds_from_msg(sound.header.stamp) + _SILENCE_S
-        clock_s = 1e-9 * last.time_ns
-        deadline = time.monotonic() + _ANSWER_TIMEOUT_S
-        while time.monotonic() < deadline and waiting_for(self._monitor.record(), end_s, with_execution=False):
-            graph.check()
-            sound.header.stamp = time_to_msg(stamp_s)
-            sound.audio.data = chunk
-            self._silence.publish(sound)
-            stamp_s += _SILENCE_S
-            clock_s += _SILENCE_S
-            self._player.tell_time(int(1e9 * max(clock_s, 1e-9 * self._bag.start_ns + self._bag.duration_s)))
-            time.sleep(_SILENCE_S / rate)
-
-
-def _result(bag: BagReader, folder: Path, record: RunRecord, wall_s: float) -> dict[str, Any]:
-    grounded = [event.data for event in record.of(kinds.GROUNDED) if event.data["status"] == STATUS_GROUNDED]
-    reason = summary.failure(record) or ""
-    heard = summary.heard(record)
-    times = {**summary.timings(record), "wall_total": round(wall_s, 3)}
-    words = reason or progress.caption(record.of(kinds.COMMAND)[-1].data)
-    outcome = Outcome(None if grounded else False, words)
-    made = artifacts.write_all(folder, f"UNCOM: {bag.path.name}", record, outcome, times, heard=heard)
-    nowhere = {"object": None, "target": None, "area": None}
-    return {
-        "heard": heard,
-        "understood": summary.understood(record),
-        "chosen": summary.chosen_places(grounded[-1]) if grounded else nowhere,
-        "success": bool(grounded),
-        "reason": reason,
-        "timings_s": times,
-        "backends": summary.backends(record),
-        "artifacts": made,
-    }
+    def __exit__(self, *_: object) -> None:
+        self._executor.shutdown(timeout_sec=2.0)
+        self._thread.join(timeout=5.0)
+        self._player.destroy_node()
+        self._monitor.destroy_node()
+        self._context.try_shutdown()

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import time
 from pathlib import Path
 
 from uncom_bringup import output, progress
@@ -18,10 +19,11 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     parser = subparsers.add_parser(
         "understand",
         help="recorded bag -> grounded command, annotated picture, report",
-        description="Play a bag to all nodes but the one that moves, and tell what was understood.",
+        description="Play a bag to all nodes but the one that moves, and tell what was understood. Time goes on as "
+        "fast as the nodes answer: nothing is dropped, and the answer is the same on every machine.",
     )
-    parser.add_argument("file", metavar="FILE", help="ROS 2 bag with /audio and the head camera's images")
-    parser.add_argument("--rate", type=positive_float, default=1.0, metavar="R", help="speed of replay (default: 1)")
+    parser.add_argument("file", metavar="FILE", help="bag with /audio and the head camera's images")
+    parser.add_argument("--rate", type=positive_float, metavar="R", help="at most R times as fast as it was recorded")
     parser.add_argument("--out", metavar="DIR", help="where to leave the report (default: a new folder)")
     parser.add_argument("--force", action="store_true", help="write into --out though it holds something")
     parser.add_argument("--params-file", action="append", default=[], metavar="YAML", help="node parameters over ours")
@@ -38,13 +40,16 @@ def run(options: argparse.Namespace) -> int:
         raise BadInputError(f"{path}: plain video comes with a later version; give a ROS 2 bag")
     from uncom_bringup import understand_node  # noqa: PLC0415  (only when it runs)
     from uncom_bringup.bag_reader import BagReader  # noqa: PLC0415
+    from uncom_bringup.understanding import leave_result  # noqa: PLC0415
 
+    begin = time.monotonic()
+    files = [Path(name) for name in options.params_file]
     with BagReader(path) as bag:
         understand_node.check_bag(bag)
         folder = output_folder(options.out, path.stem, options.force)
         say = output.note if options.json else output.emit
-        files = [Path(name) for name in options.params_file]
-        result = understand_node.understand(bag, folder, rate=options.rate, parameter_files=files, say=say)
+        seen = understand_node.understand(bag, folder / "log", rate=options.rate, parameter_files=files, say=say)
+        result = leave_result(folder, f"UNCOM: {path.name}", seen, begin)
     if options.json:
         output.emit_json(result)
     else:

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tells when nodes have taken what they were sent.
+
+Every node of ours takes its callbacks one at a time, and of each topic one message between two looks at its services.
+A request to one of its parameter services therefore comes back only after the message sent before it was taken.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Collection, Sequence
+
+from rcl_interfaces.srv import GetParameters
+from rclpy.node import Node
+
+from uncom_bringup.exceptions import GraphError
+
+_ANSWER_S = 120.0  # wall time after which a node counts as broken
+
+
+class Barrier:
+    """Tells when nodes have taken everything that they were sent so far."""
+
+    def __init__(self, node: Node, names: Collection[str], check: Callable[[], None]) -> None:
+        """Make a client for each node; `node` must be spun by another thread, `check` raises when a node has died."""
+        self._clients = {name: node.create_client(GetParameters, f"/{name}/get_parameters") for name in names}
+        self._check = check
+        self._sent: Counter[tuple[str, str]] = Counter()
+
+    def missing(self) -> list[str]:
+        """Return the nodes that do not answer yet."""
+        return [name for name, client in self._clients.items() if not client.service_is_ready()]
+
+    def sent(self, name: str, topic: str) -> int:
+        """Note that a node was sent a message; returns how many of the topic it may not have taken yet."""
+        self._sent[name, topic] += 1
+        return self._sent[name, topic]
+
+    def settle(self, *names: str, rounds: int = 0) -> None:
+        """Return when the nodes have taken what they were sent (at least `rounds` messages of each topic).
+
+        Raises:
+            GraphError: a node died or does not answer.
+        """
+        for name in names:
+            waiting = [count for (node, _), count in self._sent.items() if node == name]
+            # A node takes one message of each topic between two looks at its services.
+            for _ in range(max([rounds, *waiting])):
+                self.parameters(name, ())
+            for key in [key for key in self._sent if key[0] == name]:
+                del self._sent[key]
+
+    def parameters(self, name: str, wanted: Sequence[str]) -> list[float]:
+        """Return values (double or integer) of a node's parameters.
+
+        Raises:
+            GraphError: it died or does not answer.
+        """
+        done = threading.Event()
+        future = self._clients[name].call_async(GetParameters.Request(names=list(wanted)))
+        future.add_done_callback(lambda _: done.set())
+        deadline = time.monotonic() + _ANSWER_S
+        while not done.wait(0.2):
+            self._check()
+            if time.monotonic() > deadline:
+                raise GraphError(name, f"has not answered for {_ANSWER_S:.0f} s")
+        values = future.result().values
+        return [value.double_value or float(value.integer_value) for value in values]

@@ -1,0 +1,298 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Plays a bag to running nodes as fast as they answer: nothing is dropped, and no answer depends on speed.
+
+After each message a barrier makes sure that the nodes have taken it. What a node does in a thread of its own is
+waited for by what it publishes: hands for each picture, the end of recognising for each utterance, a decision for each
+command as soon as the reasoner has what it waits for.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from audio_common_msgs.msg import AudioDataStamped
+from rclpy.serialization import deserialize_message
+from uncom_common.conversions import seconds_from_msg, time_to_msg
+from uncom_language.conversions import command_from_msg
+from uncom_language.types import Act
+from uncom_reasoner.frames import StampedBuffer
+from uncom_reasoner.job import words_span
+
+from uncom_bringup import run_record as kinds
+from uncom_bringup import topics
+from uncom_bringup.bag_reader import BagMessage, BagReader
+from uncom_bringup.barrier_node import Barrier
+from uncom_bringup.exceptions import GraphError
+from uncom_bringup.monitor_node import MonitorNode
+from uncom_bringup.player_node import PlayerNode
+from uncom_bringup.run_record import Event
+from uncom_interfaces.msg import Command
+
+SPEECH, LANGUAGE, GESTURE, REASONER = "speech_node", "language_node", "gesture_node", "reasoner_node"
+NODES = (SPEECH, LANGUAGE, GESTURE, "detection_node", REASONER)
+# Limits of wall time [s]; they end a wait for a node that is broken, and are far above what a slow machine takes.
+_ANSWER_S = 120.0
+_HANDS_S = 30.0
+_QUIET_S = 2.0
+_SILENCE_S = 0.05
+_LONGEST_SILENCE_S = 40.0  # [s] of the bag's time after its end
+_DEPTH_LATER_NS = 60_000_000
+_MOST_PENDING = 4
+_PICTURES = (topics.RGB.name, topics.RGB.stored_name)
+
+
+@dataclass(slots=True)
+class _Waiting:
+    """A command that the reasoner has not decided on; it begins with pictures from `needed_s` on."""
+
+    key: tuple[str, int]
+    text: str
+    needed_s: float
+
+
+@dataclass(slots=True)
+class Tally:
+    """What became of the pictures."""
+
+    pictures: int = 0
+    without_answer: list[float] = field(default_factory=list)
+
+
+class Lockstep:
+    """Feeds one bag to the graph. Events of the monitor must be passed to `hear` from another thread."""
+
+    def __init__(
+        self,
+        bag: BagReader,
+        player: PlayerNode,
+        monitor: MonitorNode,
+        check: Callable[[], None],
+        note: Callable[[str], None],
+    ) -> None:
+        """Prepare; `note` gets warnings."""
+        self._bag = bag
+        self._player = player
+        self._monitor = monitor
+        self._check = check
+        self._note = note
+        self._barrier = Barrier(monitor, NODES, check)
+        self._changed = threading.Condition()
+        self._hands_s = float("-inf")
+        self._speech_busy = False
+        self._transcripts: list[tuple[str, str]] = []
+        self._answered: Counter[str] = Counter()
+        self._announced: dict[str, int] = {}
+        self._commands: list[_Waiting] = []
+        self._decided: Counter[tuple[str, int]] = Counter()
+        self._parts: dict[tuple[str, int], int] = {}
+        self._late_s = 0.0
+        self._seen: StampedBuffer[None] = StampedBuffer(10.0)
+        self._picture: tuple[float, int] | None = None  # stamp [s] and when its answer is due [ns]
+        self._takers: dict[str, tuple[str, ...]] = {}
+        self.tally = Tally()
+        monitor.create_subscription(Command, topics.COMMAND.name, self._on_command, 50)
+        self._silence = player.create_publisher(AudioDataStamped, topics.AUDIO.name, 500)
+
+    def hear(self, event: Event) -> None:
+        """Take note of an event."""
+        data = event.data
+        with self._changed:
+            if event.kind == kinds.HANDS:
+                self._hands_s = event.stamp_s
+            elif event.kind == kinds.SPEECH_STATUS:
+                self._speech_busy = data["state"] == kinds.SPEECH_RECOGNISING
+            elif event.kind == kinds.TRANSCRIPT:
+                self._transcripts.append((str(data["utterance_id"]), str(data["text"])))
+            elif event.kind == kinds.COMMAND:
+                self._answered[str(data["utterance_id"])] += 1
+                self._announced[str(data["utterance_id"])] = max(1, int(data["count"]))
+            elif event.kind == kinds.GROUNDED:
+                key = (str(data["utterance_id"]), int(data["index"]))
+                self._decided[key] += 1
+                self._parts[key] = max(1, int(data.get("parts", 1)))
+            self._changed.notify_all()
+
+    def _on_command(self, msg: Command) -> None:
+        command = command_from_msg(msg)
+        if command.act is not Act.COMMAND:
+            return
+        with self._changed:
+            needed_s = words_span(command).end_s + self._late_s
+            self._commands.append(_Waiting((msg.utterance_id, int(msg.index)), msg.text, needed_s))
+            self._changed.notify_all()
+
+    def _wait(self, condition: Callable[[], bool], limit_s: float) -> bool:
+        """Wait until a condition on what was heard holds; False if it does not within limit_s of wall time."""
+        deadline = time.monotonic() + limit_s
+        with self._changed:
+            while not condition():
+                left = deadline - time.monotonic()
+                if left <= 0.0:
+                    return False
+                self._changed.wait(min(0.5, left))
+                self._check()
+        return True
+
+    def missing(self) -> list[str]:
+        """Return the nodes that are not up yet."""
+        needed = {SPEECH: topics.AUDIO, GESTURE: topics.RGB, LANGUAGE: topics.TRANSCRIPT, REASONER: topics.COMMAND}
+        missing = set(self._barrier.missing())
+        for node, topic in needed.items():
+            if node not in {info.node_name for info in self._monitor.get_subscriptions_info_by_topic(topic.name)}:
+                missing.add(node)
+        if not any(name == "/uncom/detect" for name, _ in self._monitor.get_service_names_and_types()):
+            missing.add("detection_node")
+        return sorted(missing)
+
+    def run(self, rate: float | None = None, progress: Callable[[float], None] = lambda _: None) -> None:
+        """Play the bag once, at most `rate` times as fast as it was recorded (None: as fast as the nodes answer).
+
+        Raises:
+            GraphError: a node died or does not answer.
+            BagError: the bag is damaged from its first message on.
+        """
+        self._late_s, hertz, keep_s = self._barrier.parameters(REASONER, ("late_pointing_s", "buffer_hz", "buffer_s"))
+        self._seen = StampedBuffer(keep_s, hertz)
+        self._takers = {name: self._who_takes(name) for name in self._player.published_topics}
+        wanted = [name for name, nodes in self._takers.items() if nodes]
+        self._introduce(wanted)
+        begin = time.monotonic()
+        sounds: deque[BagMessage] = deque(maxlen=2)
+        for message in self._bag.messages(wanted):
+            offset_s = 1e-9 * (message.time_ns - self._bag.start_ns)
+            while rate is not None and (ahead_s := offset_s / rate - (time.monotonic() - begin)) > 0.0:
+                self._check()
+                time.sleep(min(ahead_s, 0.2))
+            self._step(message)
+            progress(offset_s)
+            if message.topic.name == topics.AUDIO.name:
+                sounds.append(message)
+        self._finish_picture()
+        self._end([deserialize_message(message.data, AudioDataStamped) for message in sounds])
+
+    def _who_takes(self, topic: str) -> tuple[str, ...]:
+        names = {topic, *self._player.image_topic(topic)}
+        infos = [info for name in names for info in self._monitor.get_subscriptions_info_by_topic(name)]
+        return tuple(name for name in NODES if name in {info.node_name for info in infos})
+
+    def _introduce(self, wanted: Sequence[str]) -> None:
+        """Say first what a late listener would hear at once, and wait until every publisher was found."""
+        latched = {topic.name for topic in self._bag.topics if topic.latched} | {topics.AUDIO_INFO.name}
+        first = latched | {topics.RGB_INFO.name, topics.DEPTH_INFO.name}
+        self._player.tell_time(self._bag.start_ns)
+        todo = [name for name in wanted if name in first]
+        for message in self._bag.messages(todo) if todo else ():
+            if message.topic.name in todo:
+                todo.remove(message.topic.name)
+                self._publish(message)
+            if not todo:
+                break
+        self._player.wait_until_taken(_QUIET_S)
+        self._barrier.settle(*NODES, rounds=1)
+
+    def _publish(self, message: BagMessage) -> None:
+        self._player.publish(message)
+        for name in self._takers[message.topic.name]:
+            if self._barrier.sent(name, message.topic.name) >= _MOST_PENDING:
+                self._barrier.settle(name)
+
+    def _step(self, message: BagMessage) -> None:
+        if self._picture is not None and message.time_ns > self._picture[1]:
+            self._finish_picture()
+        self._player.tell_time(message.time_ns)
+        name = message.topic.name
+        if name in _PICTURES:
+            self._finish_picture()
+            self.tally.pictures += 1
+            self._picture = (self._stamp_s(message), message.time_ns + _DEPTH_LATER_NS)
+        self._publish(message)
+        if name == topics.AUDIO.name:
+            self._hear_out()
+
+    def _stamp_s(self, message: BagMessage) -> float:
+        stamp = self._bag.deserialise(message).header.stamp
+        return float(stamp.sec) + 1e-9 * float(stamp.nanosec)
+
+    def _finish_picture(self) -> None:
+        """Wait for the hands of the last picture, whose depth may have come after it; decisions may follow."""
+        if self._picture is None:
+            return
+        stamp_s, _ = self._picture
+        self._picture = None
+        limit_s = _HANDS_S if len(self.tally.without_answer) < 3 else _QUIET_S
+        if not self._wait(lambda: self._hands_s >= stamp_s - 1e-6, limit_s):
+            self.tally.without_answer.append(stamp_s)
+            self._note(f"warning: {GESTURE} has not answered the picture of {stamp_s:.3f} s")
+        self._seen.add(stamp_s, None)
+        self._decide()
+
+    def _hear_out(self) -> None:
+        """Let speech_node examine the sound, and what it heard be understood, before time goes on."""
+        self._barrier.settle(SPEECH, rounds=1)
+        if not self._wait(lambda: not self._speech_busy, _ANSWER_S):
+            raise GraphError(SPEECH, f"has recognised one utterance for {_ANSWER_S:.0f} s")
+        while self._transcripts:
+            self._barrier.settle(LANGUAGE, rounds=2)
+            self._await_commands(*self._transcripts.pop(0))
+            self._finish_picture()
+            self._barrier.settle(REASONER, rounds=2)
+        self._decide()
+
+    def _await_commands(self, utterance: str, text: str) -> None:
+        def answered() -> bool:
+            return self._answered[utterance] >= self._announced.get(utterance, 1)
+
+        if not self._wait(answered, _ANSWER_S):  # language_node answers every transcript, if only to refuse it
+            raise GraphError(LANGUAGE, f'has not answered "{text}" for {_ANSWER_S:.0f} s')
+
+    def _decide(self) -> None:
+        """Wait for the decisions that the reasoner can make now, so that it makes them on what was played so far."""
+        while True:
+            with self._changed:
+                due = [c for c in self._commands if self._seen.latest_s() >= c.needed_s]
+            if not due:
+                return
+            command = due[0]
+            self._barrier.settle(REASONER, rounds=1)
+            self._await_decision(command, _ANSWER_S)
+
+    def _await_decision(self, command: _Waiting, limit_s: float) -> None:
+        def decided() -> bool:
+            return self._decided[command.key] >= self._parts.get(command.key, 1)
+
+        if not self._wait(decided, limit_s):
+            self._note(f'warning: {REASONER} has not decided on "{command.text}" for {limit_s:.0f} s')
+        with self._changed:
+            self._commands.remove(command)
+
+    def _end(self, sounds: Sequence[AudioDataStamped]) -> None:
+        """Let time go on, in silence, until everything heard is answered: the last word needs its end."""
+        if not sounds:
+            return
+        sound, stamps = sounds[-1], [seconds_from_msg(sound.header.stamp) for sound in sounds]
+        length_s = stamps[-1] - stamps[0] if 0.0 < stamps[-1] - stamps[0] < 1.0 else _SILENCE_S
+        sound.audio.data = bytes(len(sound.audio.data))
+        end_s = stamps[-1] + length_s
+        bag_end_s = 1e-9 * self._bag.start_ns + self._bag.duration_s
+        for number in range(int(_LONGEST_SILENCE_S / length_s)):
+            with self._changed:
+                waiting = bool(self._commands)
+            if not waiting and self._silent_since_s() >= end_s:
+                return
+            self._player.tell_time(int(1e9 * (bag_end_s + (number + 1) * length_s)))
+            sound.header.stamp = time_to_msg(end_s + number * length_s)
+            self._silence.publish(sound)
+            self._barrier.sent(SPEECH, topics.AUDIO.name)
+            self._hear_out()
+        for command in tuple(self._commands):
+            self._await_decision(command, _ANSWER_S)
+
+    def _silent_since_s(self) -> float:
+        status = self._monitor.record().last(kinds.SPEECH_STATUS)
+        if status is None or status.data["state"] != kinds.SPEECH_IDLE:
+            return float("-inf")
+        return status.stamp_s
