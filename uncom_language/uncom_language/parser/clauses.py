@@ -19,9 +19,6 @@ from uncom_language.types import Reference, Relation, Span
 # These verbs never take a place to go to: what follows tells which thing is meant.
 _NO_TARGET = frozenset({"take", "give", "point"})
 
-# "push it away", "pull it back": where a thing goes that is pushed and no place is said.
-_WAYS = {"away": Relation.BEHIND, "back": Relation.BEHIND}
-
 
 @dataclass(slots=True)
 class _Parts:
@@ -137,7 +134,9 @@ class ClauseReader:
             return ("put" if verbs else ""), False
         verb = named[-1]
         ways = {token.text for token in verbs if token.tag == "PARTICLE"}
-        return verb.value, verb.text in self._lexicon.releases or (verb.value == "put" and bool(ways & _AWAY))
+        return verb.value, verb.text in self._lexicon.releases or (
+            verb.value == "put" and bool(ways & self._lexicon.put_down)
+        )
 
     def _check(self, kind: str, parts: _Parts, targets: Sequence[Place]) -> None:
         """Reject what only looks like a command: "bring me to the station"."""
@@ -221,11 +220,9 @@ class ClauseReader:
         """Read "push it away"."""
         if clause.kind != "push" or clause.placed:
             return clause
-        way = next((_WAYS[token.value] for token in action if token.tag == "PARTICLE" and token.value in _WAYS), None)
-        return replace(clause, relation=way) if way is not None else clause
-
-
-_AWAY = frozenset({"down", "back", "away"})
+        ways = self._lexicon.ways
+        way = next((ways[token.value] for token in action if token.tag == "PARTICLE" and token.value in ways), None)
+        return replace(clause, relation=Relation(way)) if way is not None else clause
 
 
 def _chains(parts: _Parts) -> tuple[list[Place], list[Place], list[Place]]:

@@ -57,6 +57,11 @@ class Lexicon:
     directed: frozenset[str]
     definite: frozenset[str]
     one: str
+    many: frozenset[str]
+    other_determiners: frozenset[str]
+    put_down: frozenset[str]
+    ways: Mapping[str, str]
+    concepts: Mapping[str, str]
     head_index: int
     raw: Mapping[str, Any] = field(repr=False)
 
@@ -77,6 +82,8 @@ def phrase(text: str) -> Phrase:
 def plural_of(noun: str, irregular: Mapping[str, str]) -> str:
     """Return the plural of a (compound) noun; its last word changes."""
     *rest, last = noun.split()
+    if noun in irregular:
+        return irregular[noun]
     if last in irregular:
         made = irregular[last]
     elif last.endswith(("s", "x", "ch", "sh", "z")):
@@ -126,7 +133,7 @@ def lexicon_from_data(language: str, raw: Mapping[str, Any]) -> Lexicon:
     singular: dict[str, str] = {}
     noun_class: dict[str, str] = {}
     for kind, noun in _nouns(raw):
-        plural = plural_of(noun, raw["plurals"])
+        plural = plural_of(noun, raw["plurals"]) if raw["plural_rule"] == "s" else raw["plurals"].get(noun, noun)
         noun_class.setdefault(noun, kind)
         if plural != noun:
             singular.setdefault(plural, noun)
@@ -161,6 +168,11 @@ def lexicon_from_data(language: str, raw: Mapping[str, Any]) -> Lexicon:
         directed=frozenset(raw["directed"]),
         definite=frozenset(raw["definite"]),
         one=str(raw["ones"][0]),
+        many=frozenset(raw["many"]),
+        other_determiners=frozenset(raw["other_determiners"]),
+        put_down=frozenset(raw["put_down"]),
+        ways=raw["ways"],
+        concepts=raw.get("english", {}),
         head_index=-1 if raw["head"] == "last" else 0,
         raw=raw,
     )
@@ -186,19 +198,26 @@ def _entries(raw: Mapping[str, Any]) -> Iterator[tuple[str, Meaning]]:
     for kind, noun in _nouns(raw):
         yield noun, Meaning("NOUN", noun, kind)
     for kind, words in raw["adjectives"].items():
-        yield from _each(words, "ADJECTIVE", kind)
+        for ending in raw["adjective_endings"]:
+            yield from _each([word + ending for word in words], "ADJECTIVE", kind)
     for section, tag in _VALUED_SECTIONS.items():
         for text, value in raw[section].items():
             yield text, Meaning(tag, value)
     for section, tag in _LISTED_SECTIONS.items():
         for value, texts in raw[section].items():
             yield from _each(texts, tag, value)
+    yield from _counted(raw)
+    yield from _likenesses(raw)
+
+
+def _counted(raw: Mapping[str, Any]) -> Iterator[tuple[str, Meaning]]:
+    """Yield words with numbers: ordinals and pronouns."""
     for text, number in raw["ordinals"].items():
-        yield text, Meaning("ADJECTIVE", "ordinal", number)
+        for ending in raw["adjective_endings"]:
+            yield text + ending, Meaning("ADJECTIVE", "ordinal", number)
     for canonical, counted in raw["pronouns"].items():
         for text, count in counted.items():
             yield text, Meaning("PRONOUN", count, canonical)
-    yield from _likenesses(raw)
 
 
 def _likenesses(raw: Mapping[str, Any]) -> Iterator[tuple[str, Meaning]]:

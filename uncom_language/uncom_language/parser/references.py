@@ -16,8 +16,6 @@ from uncom_language.parser.places import Place, Timing
 from uncom_language.parser.tokens import Token
 from uncom_language.types import Reference
 
-# "another cup" is a determiner, "the other cup" a quality.
-_OTHER_DETERMINERS = frozenset({"another", "different", "rest of"})
 _LEADING = frozenset({"DETERMINER", "DEICTIC", "SAME"})
 _SPOKEN = frozenset({"OTHER", "ADJECTIVE", "NOUN", "ONE", "PERSON"})
 
@@ -84,7 +82,7 @@ class ReferenceBuilder:
             deictic_span=self._timing.of([deictic]) if deictic else None,
             anaphoric=pronoun is not None,
             other=any(token.tag == "OTHER" for token in flat),
-            quantity=_quantity(flat, head, deictic, pronoun),
+            quantity=self._quantity(flat, head, deictic, pronoun),
             order=order,
             ordinal=int(ordinal.detail) if ordinal else 0,
             comparison=same.value if same else "",
@@ -111,9 +109,11 @@ class ReferenceBuilder:
         if pronoun is not None:
             return pronoun.detail
         spoken = [token for token in tokens if token.tag in _SPOKEN]
-        words = [token.text for token in spoken if token.tag != "OTHER" or token.text not in _OTHER_DETERMINERS]
+        words = [
+            token.text for token in spoken if token.tag != "OTHER" or token.text not in self._lexicon.other_determiners
+        ]
         if deictic is not None and not concrete:
-            words.insert(0, deictic.value)
+            words.insert(0, deictic.text)
         return " ".join(words) or " ".join(token.text for token in tokens)
 
     def _nouns(self, tree: Tree) -> tuple[Token | None, tuple[Token, ...], tuple[Token, ...] | None]:
@@ -133,6 +133,20 @@ class ReferenceBuilder:
             return head, nouns, None
         of_token = next(_token(part) for part in parts if isinstance(part, lark.Token) and part.type == "OF")
         return head, nouns, (of_token, *tokens_of(inner))
+
+    def _quantity(
+        self, tokens: Sequence[Token], head: Token | None, deictic: Token | None, pronoun: Token | None
+    ) -> int:
+        """Return how many are meant; 0 is all of them."""
+        counts = [int(token.value) for token in tokens if token.tag == "COUNT"]
+        if counts:
+            return min(counts[0], 255)
+        if pronoun is not None:
+            return int(pronoun.value)
+        plural = head is not None and (head.detail == "plural" or head.text in self._lexicon.many)
+        plural = plural or (deictic is not None and deictic.value in ("these", "those"))
+        plural = plural or (head is None and any(token.text in self._lexicon.many for token in tokens))
+        return 0 if plural else 1
 
     def places(self, tree: Tree) -> tuple[Place, ...]:
         """Read a chain of locating phrases."""
@@ -197,8 +211,10 @@ class ReferenceBuilder:
     def area(self, place: Place) -> Reference:
         """Return "here" or "there" as a target of its own."""
         span = self._timing.of([token for token in place.tokens if token.tag != "DISTANCE"])
-        word = place.relation
-        return Reference(word, word, span, concrete=False, deictic=word, deictic_span=span, order=self._order())
+        word = str(self._lexicon.raw["places"][place.relation][0])
+        return Reference(
+            word, word, span, concrete=False, deictic=place.relation, deictic_span=span, order=self._order()
+        )
 
     def held(self, tokens: Sequence[Token]) -> Reference:
         """Return what the hand holds: "let go"."""
@@ -233,16 +249,3 @@ def _head_word(
         if token is not None:
             return token.value if token.tag in ("NOUN", "DEICTIC") else token.text
     return qualities[-1].text if qualities else tokens[-1].text
-
-
-def _quantity(tokens: Sequence[Token], head: Token | None, deictic: Token | None, pronoun: Token | None) -> int:
-    """Return how many are meant; 0 is all of them."""
-    counts = [int(token.value) for token in tokens if token.tag == "COUNT"]
-    if counts:
-        return min(counts[0], 255)
-    if pronoun is not None:
-        return int(pronoun.value)
-    plural = head is not None and (head.detail == "plural" or head.text in ("ones", "everything"))
-    plural = plural or (deictic is not None and deictic.value in ("these", "those"))
-    plural = plural or (head is None and any(token.text == "others" for token in tokens))
-    return 0 if plural else 1

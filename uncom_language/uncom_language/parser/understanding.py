@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from uncom_language.exceptions import UnknownBackendError
 from uncom_language.parser.commands import BACKEND, GrammarParser, grammar_parser, parse_transcript
+from uncom_language.parser.translation import in_detector_words
 from uncom_language.types import Act, Alternative, Command, Transcript
 
 
@@ -41,8 +42,12 @@ class Understanding:
         """Return the commands of a transcript, at least one.
 
         The best words count. Only if they begin like a command and yet make none does the best alternative that does
-        replace them; the commands' notes say so.
+        replace them; the commands' notes say so. References are in the words of the English pack, which the detector
+        knows, whatever the language.
         """
+        return tuple(in_detector_words(command, self._language) for command in self._read(transcript))
+
+    def _read(self, transcript: Transcript) -> tuple[Command, ...]:
         best = parse_transcript(transcript, self._language)
         if not _is_broken(best):
             return best
