@@ -15,7 +15,7 @@ from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import FloatArray
 
 from uncom_sim.camera.noise import CameraNoise, NoisyCamera
-from uncom_sim.camera.rasteriser import Rasteriser
+from uncom_sim.camera.rasteriser import Rasteriser, Still
 from uncom_sim.camera.stage import Stage
 from uncom_sim.camera.surfaces import Surface, from_bullet, painted
 from uncom_sim.camera.views import HEAD_CAMERA, look_at, overview_camera
@@ -30,7 +30,7 @@ from uncom_sim.robot.description import CAMERA_FRAME
 from uncom_sim.robot.kinematics import FrameTree
 from uncom_sim.robot.names import ACTUATED, FINGERS, WHEELS
 from uncom_sim.robot.robot import TIME_STEP_S, Robot, RobotOptions
-from uncom_sim.types import ObjectState, Scene
+from uncom_sim.types import Light, ObjectState, Scene
 from uncom_sim.world import World
 
 _CONTACT_EVERY = 4  # steps
@@ -130,6 +130,8 @@ class Simulator:
         casters = self._stage.faces(only=standing)
         middle = (table.x_min, (table.y_min + table.y_max) / 2.0, table.height)
         self._rasteriser = Rasteriser(self._stage, middle, casters)
+        self._hand_faces = self._stage.faces(only={self.world.hand_body})
+        self._still: Still | None = None
         self._overview = look_at((table.x_max + 1.05, 1.5, 1.75), (0.45, -0.05, 0.78))
 
     def _surfaces(self) -> list[Surface]:
@@ -207,20 +209,32 @@ class Simulator:
         """Return what the head camera sees person_s after the person's start [s], physics standing still.
 
         What moves during the exposure is blurred: the colours are the mean of so many moments of it. Depth is that of
-        its middle.
+        its middle. Whoever films does not step: what stands still is drawn only once.
         """
-        self.world.update_person(person_s)
-        pose = self.robot.frame(CAMERA_FRAME)
-        rgb, depth = self._draw(HEAD_CAMERA, pose, self._seen_from_head)
+        rgb, depth = self._filmed(person_s)
         if moments > 1:
+            others = [x for x in np.linspace(-0.5, 0.5, moments) if abs(x) > 1e-6]  # the middle is there already
             total = rgb.astype(np.uint16)
-            for offset in np.linspace(-0.5, 0.5, moments):
-                if abs(offset) > 1e-6:  # the middle is there already
-                    self.world.update_person(person_s + float(offset) * exposure_s)
-                    total += self._draw(HEAD_CAMERA, pose, self._seen_from_head)[0]
-            rgb = np.asarray(np.round(total / (moments + (moments % 2 == 0))), dtype=np.uint8)
+            for offset in others:
+                total += self._filmed(person_s + float(offset) * exposure_s)[0]
+            rgb = np.asarray(np.round(total / (len(others) + 1)), dtype=np.uint8)
         step = round(person_s / TIME_STEP_S)
         return self._camera.expose(rgb, step), self._camera.measure(depth, step)
+
+    def _filmed(self, person_s: float) -> tuple[Image, DepthImage]:
+        pose, light = self.robot.frame(CAMERA_FRAME), self._lit()
+        if self._still is None:
+            self.world.update_person(None)
+            self._stage.update(light.direction)
+            head = {(self.robot.body, self.robot.links[name]) for name in ("head_1_link", "head_2_link")}
+            seen = self._stage.faces(without={*head, (self.world.hand_body, -1)})
+            casters = self._stage.faces(
+                only={self.robot.body, self.world.table_body, *self.world.object_bodies.values()}
+            )
+            self._still = self._rasteriser.still(HEAD_CAMERA, pose, light, seen, casters)
+        self.world.update_person(person_s)
+        self._stage.update(light.direction)
+        return self._rasteriser.render_over(self._still, HEAD_CAMERA, pose, light, self._hand_faces)
 
     def render_overview(self) -> Image:
         """Return what a bystander sees now (H, W, 3)."""
@@ -232,11 +246,14 @@ class Simulator:
         return self._draw(camera, pose, faces)
 
     def _draw(self, camera: PinholeCamera, pose: FloatArray, faces: IntArray) -> tuple[Image, DepthImage]:
-        level = self.options.light
-        light = self.world.light
-        light = replace(light, ambient=level * light.ambient, diffuse=level * light.diffuse)
+        light = self._lit()
         self._stage.update(light.direction)
         return self._rasteriser.render(camera, pose, light, faces, shadows=self.options.shadows)
+
+    def _lit(self) -> Light:
+        """Return the room's light at the brightness that was asked for."""
+        level, light = self.options.light, self.world.light
+        return replace(light, ambient=level * light.ambient, diffuse=level * light.diffuse)
 
     def object_states(self) -> tuple[ObjectState, ...]:
         """Return the truth about every object, for scoring."""

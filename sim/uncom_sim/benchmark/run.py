@@ -94,6 +94,8 @@ def run_benchmark(options: BenchmarkOptions) -> BenchmarkResult:
             done[outcome.take] = outcome
             right = sum(one.right for one in done.values())
             bar.update(task, advance=1, right=f"{right} right")
+            if not console.is_terminal and len(done) % 10 == 0:
+                console.print(f"{len(done)} of {len(plans)} takes, {right} right")
     outcomes = [done[plan.name] for plan in plans]
     wall_s = time.monotonic() - start
     report = report_of(outcomes, seed=options.seed, jobs=options.jobs, wall_s=wall_s)

@@ -24,8 +24,7 @@ START_S = 100.0  # stamp of the beginning of every take [s]
 RATE_HZ = 8.0  # the simulated robot's camera
 _AFTER_WORDS_S = 1.5  # what comes later can have no meaning for them
 _BLUR_PX = 1.5  # motion during the exposure from which on it is drawn
-_MOMENTS = 3
-_STEP_PX = 4.0  # further moments for faster motion
+_FAST_PX = 10.0
 # Whose change makes other takes of the same plan.
 _SOURCES = ("person", "objects", "camera", "room.py", "world.py", "benchmark/studio.py", "benchmark/recording.py")
 
@@ -99,7 +98,7 @@ def moments_of(person: PersonPerformance, time_s: float, exposure_s: float) -> i
     pixels = float(np.linalg.norm(moved[1] - moved[0], axis=1).max()) * HEAD_CAMERA.fx / 0.8
     if pixels < _BLUR_PX:
         return 1
-    return _MOMENTS + 2 * min(int(pixels / (2.0 * _STEP_PX)), 3)
+    return 3 if pixels < _FAST_PX else 5
 
 
 def _links(frames: Frames, *, static: bool) -> tuple[Link, ...]:

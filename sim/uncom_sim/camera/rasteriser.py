@@ -42,6 +42,15 @@ class ShadowMap:
     camera: PinholeCamera
 
 
+@dataclass(frozen=True, slots=True)
+class Still:
+    """What does not move, drawn once: attributes (H, W, 3) and depth (H, W) before cutting, and its shadow map."""
+
+    attributes: npt.NDArray[np.float32]
+    depth: Depth
+    shadow: ShadowMap
+
+
 class Rasteriser:
     """Draws a stage."""
 
@@ -66,13 +75,41 @@ class Rasteriser:
     ) -> tuple[Rgb, Depth]:
         """Return rgb (H, W, 3) and depth (H, W) [m], infinite where nothing is, of the stage as last updated."""
         attributes, depth = self._draw(camera, optical_to_world, faces)
+        shadow = self._shadow_map(light) if shadows else None
+        return self._developed(camera, optical_to_world, light, attributes, depth, shadow)
+
+    def still(
+        self, camera: PinholeCamera, optical_to_world: FloatArray, light: Light, faces: IntArray, casters: IntArray
+    ) -> Still:
+        """Draw what will not move, to be drawn over: visible triangles (M, 3) and those that cast shadows."""
+        return Still(*self._rasterised(camera, optical_to_world, faces, None), self._draw_shadows(light, casters, None))
+
+    def render_over(
+        self, still: Still, camera: PinholeCamera, optical_to_world: FloatArray, light: Light, moving: IntArray
+    ) -> tuple[Rgb, Depth]:
+        """Return the same as `render` of the still things and of triangles (M, 3) that have moved since."""
+        drawn = self._rasterised(camera, optical_to_world, moving, still)
+        attributes, depth = _cut_to(camera, *drawn)
+        shadow = self._draw_shadows(light, moving, still.shadow)
+        return self._developed(camera, optical_to_world, light, attributes, depth, shadow)
+
+    def _developed(
+        self,
+        camera: PinholeCamera,
+        optical_to_world: FloatArray,
+        light: Light,
+        attributes: npt.NDArray[np.float32],
+        depth: Depth,
+        shadow: ShadowMap | None,
+    ) -> tuple[Rgb, Depth]:
+        """Put colours together from what was rasterised."""
         atlas = self._stage.atlas
         places = attributes[..., :2] * np.array([atlas.shape[1], atlas.shape[0]], np.float32)
         colours = cv2.remap(atlas, np.ascontiguousarray(places), None, cv2.INTER_LINEAR)
         facing = np.ascontiguousarray(attributes[..., 2])
         empty = depth >= 0.999 * _FAR_M
-        if shadows:
-            facing *= self._lit(camera, optical_to_world, depth, self._shadow_map(light))
+        if shadow is not None:
+            facing *= self._lit(camera, optical_to_world, depth, shadow)
         shade = np.float32(light.ambient) + np.float32(light.diffuse) * facing
         tinted = cv2.merge([shade * np.float32(tint) for tint in light.colour])
         colours = cv2.multiply(colours, tinted, dtype=cv2.CV_8U)
@@ -86,8 +123,11 @@ class Rasteriser:
 
         The rasteriser does not clip those that reach behind the camera, and spends its time on those beside it.
         """
+        if len(faces) == 0:
+            return faces
         to_camera = invert(pose).astype(np.float32)
-        points = self._stage.vertices @ to_camera[:3, :3].T + to_camera[:3, 3]
+        low = int(faces.min())  # a few bodies' vertices lie side by side
+        points = self._stage.vertices[low : int(faces.max()) + 1] @ to_camera[:3, :3].T + to_camera[:3, 3]
         x, y, z = points[:, 0], points[:, 1], points[:, 2]
         c = camera
         outside = (x * np.float32(c.fx / (c.cx + 1.0)) < -z).astype(np.uint8)
@@ -95,7 +135,7 @@ class Rasteriser:
         outside |= (y * np.float32(c.fy / (c.cy + 1.0)) < -z).astype(np.uint8) << 2
         outside |= (y * np.float32(c.fy / (c.height - c.cy)) > z).astype(np.uint8) << 3
         ahead = z > np.float32(_NEAR_M)
-        first, second, third = faces.T
+        first, second, third = faces.T - low
         seen = (outside[first] & outside[second] & outside[third]) == 0
         seen &= ahead[first] & ahead[second] & ahead[third]
         return np.ascontiguousarray(faces[seen])
@@ -105,13 +145,22 @@ class Rasteriser:
 
         The rasteriser's principal point is the middle of its picture, so a larger one is drawn and cut.
         """
+        return _cut_to(camera, *self._rasterised(camera, pose, faces, None))
+
+    def _rasterised(
+        self, camera: PinholeCamera, pose: FloatArray, faces: IntArray, over: Still | None
+    ) -> tuple[npt.NDArray[np.float32], Depth]:
+        """Rasterise on an empty canvas, or over what does not move."""
         c = camera
         width, height = _canvas(c.cx, c.width), _canvas(c.cy, c.height)
-        attributes = np.zeros((height, width, 3), np.float32)
-        depth = np.full((height, width), _FAR_M, np.float32)
+        attributes = np.zeros((height, width, 3), np.float32) if over is None else over.attributes.copy()
+        depth = np.full((height, width), _FAR_M, np.float32) if over is None else over.depth.copy()
+        seen = self._in_view(c, pose, faces)
+        if len(seen) == 0:
+            return attributes, depth
         cv2.triangleRasterize(
             self._stage.vertices[None],
-            self._in_view(c, pose, faces)[None],
+            seen[None],
             self._stage.attributes[None],
             attributes,
             depth,
@@ -121,17 +170,15 @@ class Rasteriser:
             _FAR_M,
             self._settings,
         )
-        top, left = round((height - 1) / 2.0 - c.cy), round((width - 1) / 2.0 - c.cx)
-        rows, columns = slice(top, top + c.height), slice(left, left + c.width)
-        return np.ascontiguousarray(attributes[rows, columns]), np.ascontiguousarray(depth[rows, columns])
+        return attributes, depth
 
     def _shadow_map(self, light: Light) -> ShadowMap:
         """Return what the lamp sees; drawn anew only when something has moved."""
         if self._shadow is None or self._shadow[0] != self._stage.version:
-            self._shadow = self._stage.version, self._draw_shadows(light)
+            self._shadow = self._stage.version, self._draw_shadows(light, self._casters, None)
         return self._shadow[1]
 
-    def _draw_shadows(self, light: Light) -> ShadowMap:
+    def _draw_shadows(self, light: Light, casters: IntArray, over: ShadowMap | None) -> ShadowMap:
         direction = np.asarray(light.direction, dtype=float)
         eye = self._middle + _LAMP_M * direction / np.linalg.norm(direction)
         if abs(direction[0]) + abs(direction[1]) < 1e-6:
@@ -140,10 +187,13 @@ class Rasteriser:
         focal = _SHADOW_PX / 2.0 * _LAMP_M / _LIT_RADIUS_M
         middle = (_SHADOW_PX - 1) / 2.0
         lamp = PinholeCamera(_SHADOW_PX, _SHADOW_PX, focal, focal, middle, middle)
-        depth = np.full((_SHADOW_PX, _SHADOW_PX), _FAR_M, np.float32)
+        depth = np.full((_SHADOW_PX, _SHADOW_PX), _FAR_M, np.float32) if over is None else over.depth.copy()
+        seen = self._in_view(lamp, pose, casters)
+        if len(seen) == 0:
+            return ShadowMap(depth, invert(pose), lamp)
         cv2.triangleRasterizeDepth(
             self._stage.vertices[None],
-            self._in_view(lamp, pose, self._casters)[None],
+            seen[None],
             depth,
             _world_to_gl(pose),
             2.0 * np.arctan(_SHADOW_PX / 2.0 / focal),
@@ -171,6 +221,17 @@ class Rasteriser:
         lit = (distance < first + np.float32(_SHADOW_BIAS_M)).astype(np.float32)
         lit = cv2.blur(lit, (5, 5))
         return np.asarray(cv2.resize(lit, (c.width, c.height), interpolation=cv2.INTER_LINEAR))
+
+
+def _cut_to(
+    camera: PinholeCamera, attributes: npt.NDArray[np.float32], depth: Depth
+) -> tuple[npt.NDArray[np.float32], Depth]:
+    """Cut the camera's picture out of the canvas."""
+    c = camera
+    height, width = depth.shape
+    top, left = round((height - 1) / 2.0 - c.cy), round((width - 1) / 2.0 - c.cx)
+    rows, columns = slice(top, top + c.height), slice(left, left + c.width)
+    return np.ascontiguousarray(attributes[rows, columns]), np.ascontiguousarray(depth[rows, columns])
 
 
 def _canvas(principal: float, size: int) -> int:
