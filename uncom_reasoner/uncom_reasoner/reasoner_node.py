@@ -21,6 +21,7 @@ import numpy as np
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Empty
+from std_srvs.srv import Trigger
 from uncom_common.configured_node import ConfiguredNode, run_node
 from uncom_common.exceptions import UncomError
 from uncom_language.conversions import command_from_msg
@@ -58,6 +59,7 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
         self._senses = Senses(config)
         self._jobs: deque[Job] = deque()
         self._lock = threading.Lock()
+        self._at_work = 0  # things handed to the worker and not done
         self._polled = True  # whether the worker has done the last round of time-outs
         self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="deciding")
         senses = ReentrantCallbackGroup()
@@ -70,6 +72,7 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
             self.create_subscription(SpeechStatus, "/uncom/speech_status", self._on_speech, 10, callback_group=senses)
         self._speaking = False
         own = MutuallyExclusiveCallbackGroup()
+        self.create_service(Trigger, "~/settle", self._on_settle, callback_group=own)
         self.create_timer(TICK_S, self._tick, callback_group=own, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.get_logger().info("reasoner ready: posterior over detections, Voronoi places")
 
@@ -101,6 +104,20 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
             if ahead is not None:
                 self._looking.detect(ahead, (CONTAINER, OBJECTS), lambda _: None, with_hand=False)
 
+    def _on_settle(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Do what can be done with what has come in; success: nothing is left to do until more comes.
+
+        Whoever plays a bag holds it for that, so that no decision depends on the pace. The message is the stamp [s] of
+        the newest hands.
+        """
+        self._tick()
+        with self._lock:
+            job = self._jobs[0] if self._jobs else None
+            busy = self._at_work > 0 or (job is not None and job.stage in (Stage.DETECTING, Stage.DECIDING))
+        response.success = not busy
+        response.message = repr(self._senses.hands.latest_s())
+        return response
+
     def _take_answer(self, answer: Answer) -> None:
         self._follow(self._talk.dialogue.answered(answer))
 
@@ -115,7 +132,11 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
                 work(*args)
             except Exception as error:  # noqa: BLE001 (see above)
                 self.get_logger().error(f"{getattr(work, '__name__', work)} failed: {error!r}")
+            with self._lock:
+                self._at_work -= 1
 
+        with self._lock:
+            self._at_work += 1
         try:
             self._worker.submit(safely)
         except RuntimeError:  # the node is being destroyed
