@@ -56,7 +56,26 @@ def commands():
         "pick": (command(lemon), HANDS),
         "ambiguous": (command(reference("lemon", 0.4, 0.8), reference("bowl", 1.9, 2.2)), []),
         "unseen": (command(reference("pear", 0.4, 0.8), reference("bowl", 1.9, 2.2)), HANDS),
-    }
+        "ordinal": (command(reference("lemon", 0.4, 0.8, ordinal=2, ordinal_side="left")), []),
+        "any": (command(reference("lemon", 0.4, 0.8), text="take a lemon"), []),
+        "compared": (
+            command(
+                reference("thing", 0.4, 0.8, concrete=False, comparison="bigger", compared_to=reference("box", 0.6, 1))
+            ),
+            [],
+        ),
+        "between": (
+            command(
+                lemon, reference("bowl", 1.9, 2.2), reference2=reference("box", 2.3, 2.5), relation=Relation.BETWEEN,
+                primitive=Primitive.PLACE,
+            ),
+            HANDS,
+        ),
+        "squarely": (
+            command(lemon, here, relation=Relation.HERE, primitive=Primitive.PLACE),
+            HANDS + pointing((0.7, -0.2, TABLE_Z + 0.02), (0.72, -0.15, 0.9), np.arange(1.8, 2.4, 0.1)),
+        ),
+    }  # fmt: skip
 
 
 NAMES = sorted(commands())
@@ -69,39 +88,48 @@ def _decided(request):
     return cmd, e, ground(e)
 
 
-def recomputed(candidates, thresholds=None):
-    """Choose again from an explanation alone."""
+def recomputed(part, thresholds):
+    """Choose again from a part of an explanation alone."""
+    candidates = part["candidates"]
     logs = np.array([sum(c["factors"].values()) for c in candidates])
     p = np.exp(logs - logs.max())
     p = p / p.sum()
     assert np.allclose(p, [c["probability"] for c in candidates], atol=1e-9)
-    things = sorted(((q, c["id"]) for q, c in zip(p, candidates, strict=True) if c["id"] != "none"), reverse=True)
-    if thresholds is not None:
-        total = sum(q for q, _ in things)
-        second = things[1][0] if len(things) > 1 else 0.0
-        none = 1.0 - total
-        clear = (
-            things[0][0] / total >= thresholds["min_probability"] and things[0][0] >= thresholds["min_odds"] * second
-        )
-        if none > total or not clear:
-            return None
+    things = [(q, c["id"]) for q, c in zip(p, candidates, strict=True) if c["id"] != "none"]
+    things.sort(key=lambda entry: -entry[0])  # the first of those that are alike
+    total = sum(q for q, _ in things)
+    second = things[1][0] if len(things) > 1 else 0.0
+    clear = things[0][0] / total >= thresholds["min_probability"] and things[0][0] >= thresholds["min_odds"] * second
+    if 1.0 - total > total or not (clear or part["rule"] in ("any will do", "best place")):
+        return None
     return things[0][1]
 
 
 def test_the_choice_follows_from_the_explanation(decided):
+    """Every number of the explanation is the one that was used: from them alone comes the same choice."""
     cmd, _, decision = decided
     found = json.loads(json.dumps(explain(cmd, decision, 1.0, load_weights())))
-    thing = recomputed(found["object"]["candidates"], found["thresholds"])
-    assert thing == found["object"]["chosen"]
+    for name in ("object", "target", "reference", "second"):
+        part = found[name]
+        if part is not None and part["candidates"]:
+            assert recomputed(part, found["thresholds"]) == part["chosen"]
+            marked = [c["id"] for c in part["candidates"] if c["chosen"]]
+            assert marked == ([part["chosen"]] if part["chosen"] is not None else [])
     if found["status"] == "GROUNDED" and found["target"]["kind"] == "AREA":
-        assert recomputed(found["target"]["candidates"]) == found["target"]["chosen"]
         chosen = [c for c in found["cells"] if c["chosen"]]
         assert [c["id"] for c in chosen] == [found["target"]["chosen"]]
         assert chosen[0]["occupied_by"] == ""
-    if found["status"] == "GROUNDED" and found["target"]["kind"] == "OBJECT":
-        assert recomputed(found["target"]["candidates"], found["thresholds"]) == found["target"]["chosen"]
-    if found["reference"] is not None:
-        assert recomputed(found["reference"]["candidates"], found["thresholds"]) == found["reference"]["chosen"]
+    if found["readings"]:
+        best = max(found["readings"], key=lambda r: r["probability"])
+        assert best["chosen"]
+        assert best["perspective"] == found["perspective"]
+
+
+def test_what_is_asked_about_is_in_the_explanation():
+    cmd, hands = commands()["ambiguous"]
+    found = explain(cmd, ground(evidence(cmd, THINGS, hands)), 1.0, load_weights())
+    assert (found["doubt"]["part"], sorted(found["doubt"]["choices"])) == ("object", ["lemon_1", "lemon_2"])
+    assert found["object"]["rule"] is None
 
 
 def test_the_explanation_says_what_the_gesture_and_the_words_did():

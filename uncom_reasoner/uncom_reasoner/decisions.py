@@ -101,6 +101,8 @@ def decision_of(
         doubt = Doubt(error.part or ("object" if thing is None else "target"), error.choices)
     decision = Decision(
         grounded,
+        notes=(*evidence.notes, *command.notes),
+        rules={} if choice is None else {"object": choice.rule},
         doubt=doubt,
         object_ray=rays[0],
         target_ray=rays[1],
@@ -128,6 +130,8 @@ def _with_target(decision: Decision, result: TargetResult) -> Decision:
         cells=result.cells,
         reference=result.reference,
         second=result.second,
+        rules={**decision.rules, "target": result.choice.rule}
+        | {name: c.rule for name, c in (("reference", result.reference), ("second", result.second)) if c is not None},
         place=result.place,
     )
 

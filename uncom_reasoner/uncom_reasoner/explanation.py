@@ -3,7 +3,7 @@
 
 Layout (positions on the support are [x, y] in metres, or pixels if `table.metric` is false)::
 
-    {"utterance_id", "index", "heard": the words, "status": "GROUNDED" | "FAILED" | "AMBIGUOUS", "reason",
+    {"utterance_id", "index", "heard": the words, "status": "GROUNDED" | "FAILED" | "AMBIGUOUS" | "CANCELLED", "reason",
      "command": {"object", "action", "target", "relation", "primitive",
                  "spans": {"object" | "action" | "target" | "reference2": [start, end] [s]}},
      "frames": {"scene", "object", "target"} stamps [s],
@@ -11,11 +11,16 @@ Layout (positions on the support are [x, y] in metres, or pixels if `table.metri
               "dwells": [{"share", "hand", "sigma_rad", "stamps", "stillness", "tip_px", "direction_px",
                           "tip": [x, y, z] | null, "direction": [x, y, z] | null}]}},
      "table": {"metric", "polygon": [[x, y], ...]},
-     "object": {"chosen": id | null, "probability", "candidates": [CANDIDATE]},
-     "target": {"kind": "NONE" | "OBJECT" | "AREA", "chosen": id | null, "probability", "candidates": [CANDIDATE],
+     "part", "parts": of a group; "group": [CANDIDATE] what its things were chosen from,
+     "object": {"chosen": id | null, "probability", "rule": RULE | null, "candidates": [CANDIDATE]},
+     "target": {"kind": "NONE" | "OBJECT" | "AREA", "chosen": id | null, "probability", "rule", "candidates",
                 "position": [x, y, z] in the scene's frame | null,
                 "point": {"mean": [x, y], "covariance": [[..], [..]]} | null where the gesture meets the table},
-     "reference": {"chosen", "probability", "candidates"} | null: the thing that the target's place is relative to,
+     "reference": {"chosen", "probability", "rule", "candidates"} | null: the thing that the target's place is
+                  relative to; "second": the same for B of "between A and B",
+     "doubt": {"part", "choices": ids} | null: what is asked about,
+     "perspective": "robot" | "speaker" | "": whose left and right was taken,
+     "readings": [{"perspective", "prior", "probability", "outcome", "chosen"}],
      "cells": [{"id", "polygon", "centre", "occupied_by": ids or "", "chosen"}],
      "refused": readings not taken, "notes": [...],
      "without": {"gesture" | "words": {"object" | "target": {"likeliest", "probability"}}},
@@ -23,8 +28,9 @@ Layout (positions on the support are [x, y] in metres, or pixels if `table.metri
 
 CANDIDATE is {"id", "label", "box": [x_min, y_min, x_max, y_max] | null, "factors": {name: log}, "log", "probability",
 "chosen"}: log is the sum of the factors, the probabilities are exp(log) normalised over the candidates; things.py and
-placing.py say what the factors are. A thing is chosen if it is the likeliest, its share among the things is at least
-min_probability and its odds against the second are at least min_odds.
+placing.py say what the factors are. RULE tells why the likeliest one was taken: "clear" (its share among the things is
+at least min_probability and its odds against the second are at least min_odds), "any will do" (the speaker left it
+open), or "best place". So every choice can be worked out again from the tables.
 """
 
 from __future__ import annotations
@@ -51,20 +57,38 @@ def explain(command: Command, decision: Decision, scene_frame_s: float, weights:
         "frames": {"scene": scene_frame_s, "object": g.object_frame_s, "target": g.target_frame_s},
         "rays": {ray.role: _ray(ray) for ray in (decision.object_ray, decision.target_ray) if ray is not None},
         "table": {"metric": decision.metric, "polygon": _numbers(decision.outline)},
+        "part": g.part,
+        "parts": g.parts,
+        "group": [_candidate(c) for c in decision.group],
         "object": {
             "chosen": g.object.id if g.object is not None else None,
             "probability": g.object_probability,
+            "rule": _rule(decision, "object"),
             "candidates": [_candidate(c) for c in g.object_candidates],
         },
         "target": {
             "kind": TargetKind(g.target.kind).name,
             "chosen": next((c.id for c in g.target_candidates if c.chosen), None),
-            "probability": g.target_probability,
+            "probability": next((c.probability for c in g.target_candidates if c.chosen), 0.0),
+            "rule": _rule(decision, "target"),
             "candidates": [_candidate(c) for c in g.target_candidates],
             "position": _numbers(g.target.pose[:3, 3]) if g.target.pose is not None else None,
             "point": {"mean": _numbers(point.mean), "covariance": _numbers(point.covariance)} if point else None,
         },
         "reference": _choice(decision.reference) if decision.reference is not None else None,
+        "second": _choice(decision.second) if decision.second is not None else None,
+        "doubt": {"part": decision.doubt.part, "choices": list(decision.doubt.choices)} if decision.doubt else None,
+        "perspective": decision.perspective,
+        "readings": [
+            {
+                "perspective": r.perspective,
+                "prior": r.prior,
+                "probability": r.probability,
+                "outcome": r.outcome,
+                "chosen": r.chosen,
+            }
+            for r in decision.readings
+        ],
         "cells": _cells(decision),
         "refused": list(decision.refused),
         "notes": list(decision.notes),
@@ -72,6 +96,11 @@ def explain(command: Command, decision: Decision, scene_frame_s: float, weights:
         "thresholds": {"min_probability": weights.min_probability, "min_odds": weights.min_odds},
         "backends": list(g.backends),
     }
+
+
+def _rule(decision: Decision, part: str) -> str | None:
+    rule = decision.rules.get(part)
+    return rule.value if rule is not None else None
 
 
 def _command(command: Command, decision: Decision) -> dict[str, Any]:
@@ -120,6 +149,7 @@ def _choice(choice: Choice) -> dict[str, Any]:
     return {
         "chosen": choice.chosen,
         "probability": choice.probability,
+        "rule": choice.rule.value,
         "candidates": [_candidate(c) for c in choice.candidates],
     }
 

@@ -19,7 +19,7 @@ from shapely.geometry.base import BaseGeometry
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.exceptions import NoPlaceError
 from uncom_reasoner.surface import Surface, centre_of
-from uncom_reasoner.types import Candidate, Cell, Choice, Factor, FloatArray
+from uncom_reasoner.types import Candidate, Cell, Choice, Factor, FloatArray, Rule
 from uncom_reasoner.voronoi import occupancy_map
 
 # Costs of centres (N, 2) with the moved outline (M, 2); infinite where the wish is not met.
@@ -95,7 +95,8 @@ def _choose(
         raise NoPlaceError("There is no free place there that is big enough for it and within my reach.")
     best.sort(key=lambda entry: entry[0])
     lowest, point, cell = best[0]
-    point = _refine(point, lowest, shape, cost, Polygon(cell.polygon).intersection(free))
+    lowest, point = _refine(point, lowest, shape, cost, Polygon(cell.polygon).intersection(free))
+    best[0] = lowest, point, cell
     return Place(point, cell, cells, _weighed(best[:MOST_CANDIDATES]))
 
 
@@ -142,8 +143,10 @@ def _points_of(area: BaseGeometry) -> FloatArray:
     return np.asarray(points[shapely.intersects_xy(area, points[:, 0], points[:, 1])])
 
 
-def _refine(point: FloatArray, lowest: float, shape: FloatArray, cost: Cost, area: BaseGeometry) -> FloatArray:
-    """Look for a cheaper point in the chosen cell on a fine grid."""
+def _refine(
+    point: FloatArray, lowest: float, shape: FloatArray, cost: Cost, area: BaseGeometry
+) -> tuple[float, FloatArray]:
+    """Look for a cheaper point in the chosen cell on a fine grid; returns its cost and the point."""
     x_min, y_min, x_max, y_max = area.bounds
     x, y = np.meshgrid(np.linspace(x_min, x_max, 13), np.linspace(y_min, y_max, 13))
     grid = np.column_stack([x.ravel(), y.ravel()])
@@ -152,8 +155,8 @@ def _refine(point: FloatArray, lowest: float, shape: FloatArray, cost: Cost, are
         costs = cost(grid, shape)
         i = int(np.argmin(costs))
         if costs[i] < lowest:
-            return np.asarray(grid[i])
-    return point
+            return float(costs[i]), np.asarray(grid[i])
+    return lowest, point
 
 
 def _weighed(best: list[tuple[float, FloatArray, Cell]]) -> Choice:
@@ -164,4 +167,4 @@ def _weighed(best: list[tuple[float, FloatArray, Cell]]) -> Choice:
         Candidate(cell.id, "free place", (Factor("place", float(log)),), float(q), chosen=i == 0)
         for i, ((_, _, cell), log, q) in enumerate(zip(best, logs, p, strict=True))
     )
-    return Choice(candidates, candidates[0].id, float(p[0]))
+    return Choice(candidates, candidates[0].id, float(p[0]), Rule.PLACE)

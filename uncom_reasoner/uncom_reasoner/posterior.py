@@ -10,7 +10,7 @@ import numpy as np
 from uncom_perception.types import Detection
 
 from uncom_reasoner.exceptions import AmbiguousError, NothingSeenError
-from uncom_reasoner.types import Candidate, Choice
+from uncom_reasoner.types import Candidate, Choice, Rule
 from uncom_reasoner.weights import Weights
 
 NONE = "none"
@@ -28,10 +28,10 @@ def normalised(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
     return tuple(replace(candidates[i], probability=float(p[i])) for i in order)
 
 
-def chosen(candidates: Sequence[Candidate], chosen_id: str) -> Choice:
+def chosen(candidates: Sequence[Candidate], chosen_id: str, rule: Rule = Rule.CLEAR) -> Choice:
     """Mark one candidate."""
     marked = tuple(replace(c, chosen=c.id == chosen_id) for c in candidates)
-    return Choice(marked, chosen_id, next(c.probability for c in marked if c.chosen))
+    return Choice(marked, chosen_id, next(c.probability for c in marked if c.chosen), rule)
 
 
 def settle(
@@ -59,7 +59,7 @@ def settle(
     share = best.probability / sum(c.probability for c in things)
     clear = share >= weights.min_probability and best.probability >= weights.min_odds * second
     if clear or any_will_do:
-        return chosen(candidates, best.id)
+        return chosen(candidates, best.id, Rule.CLEAR if clear else Rule.ANY)
     close = [c for c in things if c.probability * weights.min_odds * 1.5 > best.probability]
     if len(close) < 2:
         close = things[:2]

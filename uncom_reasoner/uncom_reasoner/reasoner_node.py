@@ -297,6 +297,7 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
             object_frame_s=self._senses.nearest_image_s(object_end(command)),
             target_frame_s=self._senses.nearest_image_s(target_end(command)),
             given=job.given,
+            notes=(_looked_at(job),),
         )
 
     # --- what goes out -------------------------------------------------------------------------------
@@ -325,6 +326,11 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
         self._asking.say(said[0])
         for decision in turn.decisions:
             self._telling.draw(decision, turn.evidence.view)
+
+
+def _looked_at(job: Job) -> str:
+    hand = "a hand is in it" if job.with_hand else "no hand was seen around it"
+    return f"the things are those of the image of {job.scene_s:.2f} s: {hand}"
 
 
 def main(args: list[str] | None = None) -> None:

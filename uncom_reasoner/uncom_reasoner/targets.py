@@ -160,8 +160,9 @@ def _here(
         if z <= context.weights.under_ray_z and hit:
             under.append((z, thing.id))
     if under and command.target is not None:
-        candidates = weigh(Query(command.target, ray, frozenset((moved.id,)), command.primitive), context)
-        return _in_thing(command, moved, chosen(candidates, min(under)[1]), point, context)
+        nearest = min(under)[1]
+        query = Query(command.target, ray, frozenset((moved.id,)), command.primitive, among=frozenset((nearest,)))
+        return _in_thing(command, moved, chosen(weigh(query, context), nearest), point, context)
     return _pointed_place(moved, ray, point, context)
 
 

@@ -5,7 +5,8 @@ Factors of a candidate (natural logs): `words` (the detector's probability of th
 pointing.ray_log), `relation` (to its anchor, "the cup next to the bottle"), `compared` ("the left one", "the biggest",
 "the second from the left"), `excluded` ("not the red one"), `likeness` ("the same colour as this"), `rival` (another
 noun of the command fits the thing better), `discourse` ("it", "the other one"), `plausible` (a receiving thing should
-be able to receive), `reach`, `answer` (what the person said when asked). "none" stands for everything not seen.
+be able to receive), `reach`, `answer` (what the person said when asked), `squarely` (which container "here" points
+into). "none" stands for everything not seen.
 """
 
 from __future__ import annotations
@@ -51,6 +52,7 @@ class Query:
     excluded: frozenset[str] = frozenset()
     receives: Primitive | None = None  # set for a target: what the thing must take
     use_words: bool = True
+    among: frozenset[str] | None = None  # only these can be it, for a reason of the caller's ("squarely pointed at")
 
 
 def weigh(query: Query, context: Context) -> tuple[Candidate, ...]:
@@ -69,6 +71,9 @@ def weigh(query: Query, context: Context) -> tuple[Candidate, ...]:
     _add_plausible(query, context, terms)
     _add_reach(query, context, terms)
     answered = _add_answer(query, context, terms)
+    if query.among is not None:
+        for thing_id, factors in terms.items():
+            factors["squarely"] = 0.0 if thing_id in query.among else ANSWER_LOG
     candidates = [
         Candidate(d.id, label_of(d), tuple(Factor(k, v) for k, v in terms[d.id].items()), 0.0, d.box)
         for d in context.things
@@ -77,6 +82,8 @@ def weigh(query: Query, context: Context) -> tuple[Candidate, ...]:
     unseen = [Factor("words", context.weights.phrase * float(np.log(max(none, LEAST))))]
     if answered:
         unseen.append(Factor("answer", ANSWER_LOG))
+    if query.among is not None:
+        unseen.append(Factor("squarely", ANSWER_LOG))
     return normalised([*candidates, Candidate(NONE, NONE, tuple(unseen), 0.0)])
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import IntEnum
+from enum import Enum, IntEnum
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +32,14 @@ class TargetKind(IntEnum):
     NONE = 0
     OBJECT = 1
     AREA = 2
+
+
+class Rule(str, Enum):
+    """Why the likeliest candidate was taken."""
+
+    CLEAR = "clear"  # its share and its odds pass the thresholds
+    ANY = "any will do"  # the speaker left it open
+    PLACE = "best place"  # places are all free: the one that fits best
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +171,7 @@ class Choice:
     candidates: tuple[Candidate, ...]
     chosen: str
     probability: float
+    rule: Rule = Rule.CLEAR
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,6 +205,7 @@ class Evidence:
     object_frame_s: float = 0.0
     target_frame_s: float = 0.0
     given: Given = field(default_factory=Given)
+    notes: tuple[str, ...] = ()  # about what was looked at, for the explanation
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,6 +292,7 @@ class Decision:
     counterfactuals: tuple[Counterfactual, ...] = ()
     doubt: Doubt | None = None
     second: Choice | None = None  # the other thing of "between A and B"
+    rules: Mapping[str, Rule] = field(default_factory=dict)  # of the parts that were settled
     perspective: str = ""  # the side that left and right were taken from; "" where nothing hangs on it
     readings: tuple[Reading, ...] = ()
     place: FloatArray | None = None  # (2,) where the moved thing's centre goes, plane coordinates
