@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from uncom_common.transforms import apply, invert
 
+from uncom_perception.objects.numbers import quantile
 from uncom_perception.objects.table import Ground
 from uncom_perception.types import Geometry, Mask
 
@@ -18,13 +19,13 @@ PointImage = npt.NDArray[np.float32]
 
 _VOXEL_M = 0.004
 _CROWD_M = 0.012
-_MAX_POINTS = 6000
+_MAX_POINTS = 4000
 
 
 def clean_points(ground_points: PointImage, mask: Mask) -> npt.NDArray[np.float32]:
     """Return a thing's points (N, 3) on the ground, without the flying ones that depth cameras see at edges."""
     points = ground_points[mask]
-    points = points[np.isfinite(points).all(axis=1) & (points[:, 2] > -0.01)]
+    points = points[points[:, 2] > -0.01]  # which drops the unknown ones, too
     if len(points) < 30:
         return points
     points = points[:: max(1, len(points) // _MAX_POINTS)]
@@ -38,7 +39,7 @@ def support_heights(clouds: Sequence[npt.NDArray[np.float32]]) -> list[float]:
     """Return the height at which each thing (points (N, 3)) stands: 0, or the floor of what it lies in or on."""
     hulls = [cv2.convexHull(np.ascontiguousarray(cloud[:, :2])) for cloud in clouds]
     areas = [cv2.contourArea(hull) for hull in hulls]
-    floors = [float(np.percentile(cloud[:, 2], 5)) for cloud in clouds]
+    floors = [quantile(cloud[:, 2], 5) for cloud in clouds]
     heights = [0.0] * len(clouds)
     for i, cloud in enumerate(clouds):
         middle = tuple(float(v) for v in cloud[:, :2].mean(axis=0))
@@ -63,7 +64,7 @@ def geometry(ground_points: npt.NDArray[np.float32], ground: Ground, base_m: flo
     if b > a:
         a, b, angle = b, a, angle + 90.0
     yaw = np.radians((angle + 90.0) % 180.0 - 90.0)
-    height = float(np.percentile(ground_points[:, 2], 99.0))
+    height = quantile(ground_points[:, 2], 99.0)
     pose = np.eye(4)
     pose[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
     middle = (base_m + height) / 2.0
@@ -79,6 +80,9 @@ def geometry(ground_points: npt.NDArray[np.float32], ground: Ground, base_m: flo
 
 def _cell_keys(points: npt.NDArray[np.float32], cell_m: float) -> npt.NDArray[np.int64]:
     """Return a number for the cell of space that each point (N, 3) lies in."""
-    cells = np.round((points - points.min(axis=0)) / np.float32(cell_m)).astype(np.int64)
-    size = cells.max(axis=0) + 1
-    return np.asarray((cells[:, 0] * size[1] + cells[:, 1]) * size[2] + cells[:, 2])
+    key = np.zeros(len(points), np.int64)
+    for axis in range(3):
+        values = points[:, axis]
+        cells = ((values - values.min()) * np.float32(1.0 / cell_m) + np.float32(0.5)).astype(np.int64)
+        key = key * (int(cells.max()) + 1) + cells
+    return key

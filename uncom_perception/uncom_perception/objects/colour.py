@@ -14,12 +14,17 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.objects.numbers import quantile, quantiles
+
 FloatArray = npt.NDArray[np.float64]
 RgbImage = npt.NDArray[np.uint8]
 
 _EXEMPLARS: dict[str, tuple[tuple[float, float, float], ...]] = {
     "red": ((45, 66, 48), (33, 52, 34), (52, 70, 45), (26, 40, 26), (40, 58, 25)),
-    "orange": ((67, 42, 68), (60, 46, 62), (74, 32, 72), (56, 38, 58), (68, 48, 60)),
+    "orange": (
+        *((67, 42, 68), (60, 46, 62), (74, 32, 72), (56, 38, 58), (68, 48, 60)),
+        *((38, 24, 44), (45, 30, 50)),
+    ),
     "yellow": ((86, 0, 78), (80, 6, 72), (92, -10, 70), (70, 4, 66), (88, -2, 50), (76, 14, 76), (60, 4, 58)),
     "green": (
         *((50, -42, 30), (65, -40, 40), (35, -28, 22), (80, -45, 45), (25, -20, 14), (55, -14, 48), (68, -20, 56)),
@@ -28,10 +33,13 @@ _EXEMPLARS: dict[str, tuple[tuple[float, float, float], ...]] = {
     "blue": ((35, 18, -58), (30, 12, -45), (50, -2, -40), (65, -12, -30), (22, 16, -38), (75, -14, -18), (40, 4, -46)),
     "purple": ((35, 42, -38), (30, 36, -34), (48, 40, -36), (60, 32, -32), (24, 26, -24), (38, 46, -20)),
     "pink": ((72, 32, 4), (80, 22, 4), (65, 45, 0), (60, 55, -8), (62, 36, 10), (55, 42, 2), (84, 14, 4)),
-    "brown": ((36, 18, 24), (45, 18, 30), (28, 14, 18), (50, 16, 32), (22, 10, 13), (40, 26, 34), (55, 14, 30)),
+    "brown": ((36, 18, 24), (45, 18, 30), (28, 14, 18), (50, 16, 32), (22, 10, 13), (38, 22, 28), (55, 14, 30)),
     "beige": ((80, 4, 22), (86, 2, 16), (74, 6, 26), (68, 6, 22), (82, 3, 28)),
-    "white": ((95, 0, 0), (88, 0, 2), (90, 0, -4), (90, 1, 6), (82, 0, 0), (77, 0, 1)),
-    "grey": ((56, 0, 0), (63, 0, 0), (45, 0, 0), (36, 0, 0), (56, -2, -6), (50, 2, 5)),
+    "white": ((95, 0, 0), (88, 0, 2), (90, 0, -4), (90, 1, 6), (85, -1, 9), (82, 0, 0), (81, 0, 3), (81, 0, -3)),
+    "grey": (
+        *((56, 0, 0), (63, 0, 0), (45, 0, 0), (36, 0, 0), (56, -2, -6), (50, 2, 5)),
+        *((70, 0, 0), (68, 0, 3), (68, 0, -3)),
+    ),
     "black": ((5, 0, 0), (14, 0, 0), (20, 0, 0), (10, 2, -4)),
 }
 COLOUR_NAMES = tuple(_EXEMPLARS)
@@ -57,6 +65,9 @@ COLOUR_WORDS = {name: name for name in COLOUR_NAMES} | {
 _LIGHTNESS_WEIGHT = 0.55
 _SIGMA = 9.0
 _BINS = 32
+_WELL_LIT = 160.0
+_CHROMA_STEP = 0.16
+_DEEPEST_SHADE = 1.7
 
 
 @functools.cache
@@ -81,27 +92,50 @@ def _name_probabilities(lab: FloatArray) -> FloatArray:
 
 
 def exposure(image_rgb: RgbImage) -> float:
-    """Return the factor that makes the lightest surfaces of a picture white, so that white in shade is not grey."""
-    bright = float(np.percentile(image_rgb[::4, ::4].max(axis=2), 98.5))
-    return float(np.clip(240.0 / max(bright, 1.0), 0.9, 1.45))
+    """Return the factor that brings the lightest surfaces of a dim picture to where they are in a well lit one."""
+    bright = quantile(_value(image_rgb[::4, ::4]), 98.5)
+    return float(np.clip(_WELL_LIT / max(bright, 1.0), 1.0, 2.0))
+
+
+def _value(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    return np.maximum(np.maximum(pixels[..., 0], pixels[..., 1]), pixels[..., 2])
 
 
 def name_colours(pixels: npt.NDArray[np.uint8], gain: float = 1.0) -> dict[str, float]:
     """Return the share of each colour name among pixels (N, 3), strongest first; shares sum to 1.
 
-    The darkest and the lightest pixels (shade, gloss) count less: a surface's colour is that of its lit part.
+    A surface's colour is that of its lit part: pixels in the shade are lifted to the lightest ones of their chroma.
     """
     if len(pixels) == 0:
         return {}
-    pixels = np.clip(pixels.astype(np.float32) * gain, 0, 255).astype(np.uint8)
-    binned = pixels // (256 // _BINS)
+    lit = np.clip(pixels * (_lift(pixels) * np.float32(gain))[:, None], 0, 255).astype(np.uint8)
+    binned = lit // (256 // _BINS)
     names = _table()[binned[:, 0], binned[:, 1], binned[:, 2]]
-    value = pixels.max(axis=1).astype(float)
-    low, high = np.percentile(value, [25, 97])
-    weight = np.where(value < low, 0.35, np.where(value > high + 4.0, 0.3, 1.0))
-    shares = (names * weight[:, None]).sum(axis=0) / weight.sum()
+    value = _value(pixels)
+    low, high = quantiles(value, (25, 97))
+    weight = np.where(value < low, 0.5, np.where(value > high + 4.0, 0.3, 1.0))
+    shares = weight @ names / weight.sum()
     order = np.argsort(-shares)
     return {COLOUR_NAMES[i]: float(shares[i]) for i in order}
+
+
+def _lift(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
+    """Return by how much each pixel (N, 3) seems to be darkened by shade, at least 1.
+
+    Light of one colour scales lightness and chroma alike, so that chroma / lightness tells surfaces from shades.
+    """
+    lab = cv2.cvtColor(pixels[None].astype(np.float32) / np.float32(255.0), cv2.COLOR_RGB2LAB)[0]
+    relative = np.round(lab[:, 1:] / (lab[:, :1] + 16.0) / _CHROMA_STEP).astype(np.int32)
+    kind = (relative[:, 0] + 50) * 100 + relative[:, 1] + 50
+    value = _value(pixels).astype(np.float32)
+    factor = np.ones(len(pixels), np.float32)
+    for code in np.flatnonzero(np.bincount(kind) >= max(25, 0.04 * len(pixels))):
+        own = kind == code
+        middle, light = quantiles(value[own], (50, 97))
+        # Where little of a thing is lit, its lightest pixels are a mixture with shade: it is lighter than they are.
+        light *= 1.0 + 0.5 * (1.0 - middle / max(light, 1.0))
+        factor[own] = np.clip(light / np.maximum(value[own], 1.0), 1.0, _DEEPEST_SHADE)
+    return factor
 
 
 def colour_probability(shares: dict[str, float], name: str) -> float:

@@ -7,12 +7,15 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.objects.numbers import quantile
 from uncom_perception.objects.segments import LabelImage, Surfaces, label_boxes
 
 _CELL_M = 0.005
 _FRAGMENT_PIXELS = 90
 _SAME_LEVEL_M = 0.03
 _HANDLE_GAP_M = 0.02
+_TOP_M = 0.012
+_TOP_WIDTH_M = 0.028
 
 
 def join_fragments(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
@@ -26,10 +29,10 @@ def join_fragments(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
     used = labels > 0
     flat = surfaces.ground_points[used]
     ids = labels[used]
-    cells = np.round(flat[:, :2] / _CELL_M).astype(np.int64)
-    cells -= cells.min(axis=0)
-    width = int(cells[:, 0].max()) + 3
-    key = (cells[:, 1] + 1) * width + cells[:, 0] + 1
+    x, y = (np.floor(flat[:, axis] * np.float32(1.0 / _CELL_M) + np.float32(0.5)).astype(np.int64) for axis in (0, 1))
+    x -= x.min() - 1
+    width = int(x.max()) + 2
+    key = (y - y.min() + 1) * width + x
     colours = _label_colours(surfaces, labels)
     sizes = np.bincount(ids, minlength=count + 1)[1:]
     both = key * (count + 1) + ids
@@ -51,18 +54,17 @@ def join_fragments(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
 def _contacts(
     cells: npt.NDArray[np.int64], ids: npt.NDArray[np.int64], level: npt.NDArray[np.float64], width: int, count: int
 ) -> npt.NDArray[np.int32]:
-    """Count the neighbouring cells, seen from above, in which two labels lie at about the same height."""
+    """Count the neighbouring cells (sorted), seen from above, in which two labels lie at about the same height."""
     contacts = np.zeros((count + 1, count + 1), np.int32)
-    owner: dict[int, list[tuple[int, float]]] = {}
-    for cell, label, height in zip(cells.tolist(), ids.tolist(), level.tolist(), strict=True):
-        owner.setdefault(cell, []).append((label, height))
-    for cell, here in owner.items():
-        for step in (0, 1, width, width + 1, width - 1):
-            for i, high in here:
-                for j, other in owner.get(cell + step, ()):
-                    if i != j and abs(high - other) < _SAME_LEVEL_M:
-                        contacts[i, j] += 1
-                        contacts[j, i] += 1
+    for step in (0, 1, width, width + 1, width - 1):
+        first, last = (np.searchsorted(cells, cells + step, side=side) for side in ("left", "right"))
+        mine = np.repeat(np.arange(len(cells)), last - first)
+        within = np.arange(len(mine)) - np.repeat(np.cumsum(last - first) - (last - first), last - first)
+        other = first[mine] + within
+        level_with = (ids[mine] != ids[other]) & (np.abs(level[mine] - level[other]) < _SAME_LEVEL_M)
+        a, b = ids[mine[level_with]], ids[other[level_with]]
+        np.add.at(contacts, (a, b), 1)
+        np.add.at(contacts, (b, a), 1)
     return contacts
 
 
@@ -91,8 +93,9 @@ def join_hollow(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
         columns = slice(max(0, box[1].start - 5), box[1].stop + 5)
         part = labels[rows, columns]
         near = cv2.dilate((part == i).astype(np.uint8), kernel).astype(bool)
-        others, counts = np.unique(part[near & (part > 0) & (part != i)], return_counts=True)
-        for j in others[counts >= 12].tolist():
+        counts = np.bincount(part[near])
+        counts[[0, i]] = 0
+        for j in np.flatnonzero(counts >= 12).tolist():
             if j > i or _root(parent, i) == _root(parent, j):
                 continue
             facing = (part == i) & cv2.dilate((part == j).astype(np.uint8), kernel).astype(bool)
@@ -106,7 +109,7 @@ def join_hollow(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
             lab = surfaces.lab[rows, columns]
             if _alike(np.median(lab[facing], axis=0), np.median(lab[near & (part == j)], axis=0)):
                 hulls = [corners.setdefault(k, _hull(surfaces, labels, k, boxes[k])) for k in (i, j)]
-                if _one_body(*hulls):
+                if _one_body(*hulls) and not (_has_top(clouds[0]) and _has_top(clouds[1])):
                     a, b = _root(parent, i), _root(parent, j)
                     parent[max(a, b)] = min(a, b)
     roots = np.array([_root(parent, i) for i in range(len(parent))])
@@ -115,12 +118,12 @@ def join_hollow(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
 
 def is_handle(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32]) -> bool:
     """Whether points (N, 3) are a long thin part in the air, which the thing beside it must hold."""
-    if float(np.percentile(mine[:, 2], 5)) < 0.02 or len(theirs) < 2 * len(mine):
+    if quantile(mine[:, 2], 5) < 0.02 or len(theirs) < 2 * len(mine):
         return False
     width, length = sorted(cv2.minAreaRect(cv2.convexHull(np.ascontiguousarray(mine[:, :2])))[1])
     hull = cv2.convexHull(np.ascontiguousarray(theirs[:, :2]))
     middle = mine[:, :2].mean(axis=0)
-    if width > 0.05 or length < 2.0 * width or np.percentile(mine[:, 2], 95) > 0.12:
+    if width > 0.05 or length < 2.0 * width or quantile(mine[:, 2], 95) > 0.12:
         return False
     gap = -cv2.pointPolygonTest(hull, (float(middle[0]), float(middle[1])), True)
     return bool(0.0 < gap < 0.5 * length + 0.03)
@@ -136,6 +139,17 @@ def _one_body(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> bool:
     sides = [cv2.minAreaRect(hull)[1] for hull in (a, b, np.concatenate([a, b]))]
     longest = max(*sides[0], *sides[1])
     return bool(max(sides[2]) < 1.15 * longest + 0.006 and min(sides[2]) > 0.5 * min(longest, 0.25))
+
+
+def _has_top(points: npt.NDArray[np.float32]) -> bool:
+    """Whether points (N, 3) end in a surface seen from above, as solid things do, and not in a rim."""
+    high = points[points[:, 2] > quantile(points[:, 2], 98) - _TOP_M]
+    hull = cv2.convexHull(np.ascontiguousarray(high[:, :2]))
+    if len(high) < 10 or min(cv2.minAreaRect(hull)[1]) < _TOP_WIDTH_M:
+        return False
+    column, row = (np.floor(high[:, axis] / np.float32(_CELL_M)).astype(np.int64) for axis in (0, 1))
+    cells = len(np.unique(column * 100_000 + row))
+    return bool(cells * _CELL_M**2 > 0.6 * float(cv2.contourArea(hull)))
 
 
 def _label_colours(surfaces: Surfaces, labels: LabelImage) -> npt.NDArray[np.float32]:

@@ -14,8 +14,6 @@ from skimage.measure import ransac
 from uncom_perception.exceptions import TableNotFoundError
 
 FloatArray = npt.NDArray[np.float64]
-PointImage = npt.NDArray[np.float32]
-
 _SAMPLE = 1500
 _INLIER_M = 0.008
 _MIN_SHARE = 0.04  # of the sampled points
@@ -76,11 +74,11 @@ class _PlaneModel:
         return np.asarray(np.abs(data @ normal - offset))
 
 
-def find_table_plane(points: PointImage, up: FloatArray, *, gravity_known: bool, seed: int = 0) -> Plane:
-    """Find the plane of the table in a point image (H, W, 3) [m].
+def find_table_plane(flat: FloatArray, up: FloatArray, *, gravity_known: bool, seed: int = 0) -> Plane:
+    """Find the plane of the table among points (N, 3) [m].
 
     Args:
-        points: NaN where unknown.
+        flat: the points, about evenly spread over the image.
         up: roughly upwards; exactly so, from the floor at 0, if gravity_known (base frame).
         gravity_known: whether only level planes at the height of tables are looked for.
         seed: of the random samples.
@@ -88,8 +86,6 @@ def find_table_plane(points: PointImage, up: FloatArray, *, gravity_known: bool,
     Raises:
         TableNotFoundError: there is no plane large enough.
     """
-    sparse = points[::4, ::4].reshape(-1, 3)
-    flat: FloatArray = np.asarray(sparse[np.isfinite(sparse[:, 2])], dtype=float)
     if gravity_known:
         z = flat @ up
         flat = flat[(z > _MIN_TABLE_Z_M) & (z < _MAX_TABLE_Z_M)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -62,10 +63,8 @@ def is_table(phrase: str) -> bool:
 
 def mask_box(mask: Mask) -> Box:
     """Return the box about a mask (H, W)."""
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    if len(rows) == 0:
-        return Box(0.0, 0.0, 0.0, 0.0)
-    return Box(float(columns[0]), float(rows[0]), float(columns[-1] + 1), float(rows[-1] + 1))
+    x, y, width, height = cv2.boundingRect(np.ascontiguousarray(mask).view(np.uint8))
+    return Box(float(x), float(y), float(x + width), float(y + height))
 
 
 def mask_slices(mask: Mask) -> tuple[slice, slice]:

@@ -9,10 +9,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from uncom_perception.objects.plane import lowest_layer
+from uncom_perception.objects.level import NoiseModel
 from uncom_perception.objects.table import TopDown
 from uncom_perception.types import Mask
 
@@ -21,8 +19,7 @@ LabelImage = npt.NDArray[np.int32]
 
 _GAP_M = 0.012  # neighbouring pixels further apart than this (or 6 pixel widths) belong to different surfaces
 _MAX_HEIGHT_M = 0.6
-_REACH_M = 0.25  # how far around the table things are followed, to see where arms come from
-_MIN_PIXELS = 40
+_LEAST_HEIGHT_M = 0.0022
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,58 +28,61 @@ class Surfaces:
 
     ground_points: PointImage
     lab: npt.NDArray[np.float32]
-    sigma_m: float
+    noise: NoiseModel
     pixel_m: float  # width of a pixel on the table
 
-
-def smooth_height(height: npt.NDArray[np.float32], size: int) -> npt.NDArray[np.float32]:
-    """Average a height image (H, W) over squares, leaving out unknown pixels and jumps."""
-    known = np.isfinite(height) & (np.abs(height) < 1.0)
-    weight = cv2.blur(known.astype(np.float32), (size, size))
-    total = cv2.blur(np.where(known, height, np.float32(0.0)), (size, size))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(np.where(weight > 0.3, total / weight, np.nan), dtype=np.float32)
+    def cut(self, box: tuple[slice, slice]) -> Surfaces:
+        """Return a part of it."""
+        return Surfaces(self.ground_points[box], self.lab[box], self.noise, self.pixel_m)
 
 
-def foreground(surfaces: Surfaces, on_table: Mask, near: TopDown) -> Mask:
+def foreground(surfaces: Surfaces, depth: npt.NDArray[np.float32], near: TopDown, margin_m: float) -> Mask:
     """Return the pixels (H, W) above the table, thin things included, as far as the depth noise allows."""
     height = surfaces.ground_points[..., 2]
-    clipped = np.clip(height, -0.05, 0.05)
-    wide, narrow = smooth_height(clipped, 5), smooth_height(clipped, 3)
-    level, noise = lowest_layer(wide[on_table]) if on_table.any() else (0.0, 0.002)
-    low = level + max(0.0022, 4.0 * noise)
+    known = np.isfinite(height)
+    clipped = np.clip(np.where(known, height, np.float32(0.0)), -0.05, 0.05)
+    weight = known.astype(np.float32)
+    wide, narrow = (
+        cv2.blur(clipped, (size, size)) / np.maximum(cv2.blur(weight, (size, size)), 0.3) for size in (5, 3)
+    )
+    low = surfaces.noise.least_height(depth, _LEAST_HEIGHT_M)
     # A pixel beside a tall thing is lifted by the average, not by itself: it must be up there, too.
     with np.errstate(invalid="ignore"):
         above = (wide > low) & (narrow > 0.6 * low) & (clipped > 0.5 * wide) & (height < _MAX_HEIGHT_M)
-    above[above] = near.inside(surfaces.ground_points[above][:, :2])
+    above[above] = near.inside(surfaces.ground_points[above][:, :2], margin_m)
     return np.asarray(above)
 
 
 def connected(surfaces: Surfaces, pixels: Mask) -> LabelImage:
-    """Label surfaces whose neighbouring pixels touch in space; 0 is background."""
-    number = np.full(pixels.shape, -1, np.int32)
-    count = int(pixels.sum())
-    number[pixels] = np.arange(count, dtype=np.int32)
-    rows, columns = [], []
-    points = surfaces.ground_points
-    limit = max(_GAP_M, 6.0 * surfaces.pixel_m)
-    for a, b in (
-        (np.s_[:, :-1], np.s_[:, 1:]),
-        (np.s_[:-1, :], np.s_[1:, :]),
-        (np.s_[:-1, :-1], np.s_[1:, 1:]),
-        (np.s_[:-1, 1:], np.s_[1:, :-1]),
-    ):
-        both = pixels[a] & pixels[b]
-        gap = ((points[a][both] - points[b][both]) ** 2).sum(axis=1)
-        joined = gap < limit**2
-        rows.append(number[a][both][joined])
-        columns.append(number[b][both][joined])
-    row, column = np.concatenate(rows), np.concatenate(columns)
-    graph = coo_matrix((np.ones(len(row), np.int8), (row, column)), shape=(count, count))
+    """Label surfaces whose neighbouring pixels touch in space; 0 is background.
+
+    The pixels are laid out with a cell between any two neighbours, which is filled where the two touch.
+    """
     labels = np.zeros(pixels.shape, np.int32)
-    if count:
-        labels[pixels] = connected_components(graph, directed=False)[1] + 1
+    box = mask_bounds(pixels)
+    if box is None:
+        return labels
+    own, points = pixels[box], surfaces.ground_points[box]
+    limit = np.float32(max(_GAP_M, 6.0 * surfaces.pixel_m) ** 2)
+    rows, columns = own.shape
+    grid = np.zeros((2 * rows, 2 * columns), np.uint8)
+    grid[::2, ::2] = own
+    across = _squared(points[:, 1:] - points[:, :-1]) < limit
+    grid[::2, 1:-1:2] = across & own[:, 1:] & own[:, :-1]
+    down = _squared(points[1:] - points[:-1]) < limit
+    grid[1:-1:2, ::2] = down & own[1:] & own[:-1]
+    labels[box] = cv2.connectedComponents(grid, connectivity=4)[1][::2, ::2]
     return labels
+
+
+def _squared(difference: PointImage) -> npt.NDArray[np.float32]:
+    return np.asarray(np.einsum("ijk,ijk->ij", difference, difference))
+
+
+def mask_bounds(mask: Mask) -> tuple[slice, slice] | None:
+    """Return the rows and columns that a mask (H, W) covers, None if it is empty."""
+    x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
+    return None if width == 0 else (slice(y, y + height), slice(x, x + width))
 
 
 def label_boxes(labels: LabelImage) -> dict[int, tuple[slice, slice]]:

@@ -8,12 +8,14 @@ from dataclasses import dataclass, fields
 import cv2
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
+
+from uncom_perception.objects.numbers import quantile, quantiles
 
 FloatArray = npt.NDArray[np.float64]
 
 _CELL_M = 0.003
 _SECTORS = 16
+_MAX_POINTS = 4000
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +57,13 @@ class Footprint:
 
 def measure(points: npt.NDArray[np.floating], viewer: FloatArray) -> Shape:
     """Measure a thing by points (N, 3) as x, y, height [m], seen from a viewer (3,) in the same frame."""
+    points = points[:: max(1, len(points) // _MAX_POINTS)]
     footprint = _rasterise(points)
     mask = cv2.morphologyEx(footprint.mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
     outline = cv2.convexHull(np.ascontiguousarray(points[:, :2], dtype=np.float32))
     (_, _), (side_a, side_b), _ = cv2.minAreaRect(outline)
     long_side, short_side = float(max(side_a, side_b)), float(min(side_a, side_b))
-    height = float(np.percentile(points[:, 2], 98.5))
+    height = quantile(points[:, 2], 98.5)
     body, handle = _split_handle(mask)
     body_hull = cv2.convexHull(_largest_contour(body))
     (_, _), (body_a, body_b), _ = cv2.minAreaRect(body_hull)
@@ -91,19 +94,32 @@ def measure(points: npt.NDArray[np.floating], viewer: FloatArray) -> Shape:
 
 
 def _rasterise(points: npt.NDArray[np.floating]) -> Footprint:
-    origin = points[:, :2].min(axis=0) - 2 * _CELL_M
-    cells = np.round((points[:, :2] - origin) / _CELL_M).astype(int)
-    size = cells.max(axis=0) + 3
-    index = cells[:, 1] * size[0] + cells[:, 0]
-    order = np.lexsort((points[:, 2], index))
-    last = np.flatnonzero(np.diff(index[order], append=-1))
-    height = np.full(size[0] * size[1], np.nan)
-    height[index[order][last]] = points[order[last], 2]
-    height = height.reshape(size[1], size[0])
-    closed = cv2.morphologyEx(np.isfinite(height).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
-    nearest = ndimage.distance_transform_edt(~np.isfinite(height), return_distances=False, return_indices=True)
-    filled = np.where(closed.astype(bool), height[tuple(nearest)], np.nan)
-    return Footprint(filled.astype(np.float32), np.asarray(origin, dtype=float))
+    x, y = np.ascontiguousarray(points[:, 0]), np.ascontiguousarray(points[:, 1])
+    origin = np.array([float(x.min()), float(y.min())]) - 2 * _CELL_M
+    column = ((x - origin[0]) * (1.0 / _CELL_M) + 0.5).astype(np.int32)
+    row = ((y - origin[1]) * (1.0 / _CELL_M) + 0.5).astype(np.int32)
+    width, length = int(column.max()) + 3, int(row.max()) + 3
+    order = np.argsort(points[:, 2])
+    flat = np.full(width * length, -1.0, np.float32)
+    # Of the points in a cell the last one stays, which is the highest.
+    flat[(row * width + column)[order]] = points[order, 2]
+    height = flat.reshape(length, width)
+    kernel = np.ones((3, 3), np.uint8)
+    closed = cv2.morphologyEx((height >= 0.0).astype(np.uint8), cv2.MORPH_CLOSE, kernel).view(bool)
+    gaps = closed & (height < 0.0)
+    height[gaps] = cv2.dilate(height, kernel)[gaps]
+    height[height < 0.0] = np.nan
+    return Footprint(height, origin)
+
+
+def _grown(mask: npt.NDArray[np.uint8], radius: float) -> npt.NDArray[np.uint8]:
+    """Dilate by a disc; the distance transform does in one pass what large kernels take long for."""
+    return np.asarray(cv2.distanceTransform(1 - mask, cv2.DIST_L2, 3) <= radius, dtype=np.uint8)
+
+
+def _shrunk(mask: npt.NDArray[np.uint8], radius: float) -> npt.NDArray[np.uint8]:
+    """Erode by a disc; beyond the border there is nothing."""
+    return np.asarray(cv2.distanceTransform(mask, cv2.DIST_L2, 3) > radius, dtype=np.uint8)
 
 
 def _largest_contour(mask: npt.NDArray[np.uint8]) -> npt.NDArray[np.int32]:
@@ -116,24 +132,22 @@ def _largest_contour(mask: npt.NDArray[np.uint8]) -> npt.NDArray[np.int32]:
 def _split_handle(mask: npt.NDArray[np.uint8]) -> tuple[npt.NDArray[np.uint8], float]:
     """Return the body without what sticks out of it, and the length of that [m]."""
     # The sides of a rim are often lost: close the ring before its inside counts as inside.
-    gap = int(np.clip(0.45 * min(mask.shape), 5, 31)) | 1
-    ring = cv2.morphologyEx(
-        np.pad(mask, gap), cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (gap, gap))
-    )
-    filled = ndimage.binary_fill_holes(ring[gap:-gap, gap:-gap]).astype(np.uint8)
-    radius = float(cv2.distanceTransform(np.pad(filled, 1), cv2.DIST_L2, 5).max())
-    size = max(1, round(0.55 * radius))
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * size + 1, 2 * size + 1))
-    body = cv2.morphologyEx(np.pad(filled, 2 * size), cv2.MORPH_OPEN, kernel)[
-        2 * size : -2 * size, 2 * size : -2 * size
-    ]
+    gap = 0.5 * float(np.clip(0.45 * min(mask.shape), 5, 31))
+    pad = int(gap) + 2
+    ring = _shrunk(_grown(np.pad(mask, pad), gap), gap)[pad:-pad, pad:-pad]
+    filled = np.zeros_like(mask)
+    outlines = cv2.findContours(ring, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+    cv2.drawContours(filled, outlines, -1, 1, cv2.FILLED)
+    inner = cv2.distanceTransform(np.pad(filled, 1), cv2.DIST_L2, 3)[1:-1, 1:-1]
+    size = max(1.0, 0.55 * float(inner.max()))
+    body = _grown((inner > size).astype(np.uint8), size) & filled
     if not body.any():
         return filled, 0.0
     rest = cv2.morphologyEx(filled & (1 - body), cv2.MORPH_OPEN, np.ones((2, 2), np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(rest)
     if count < 2:
         return body, 0.0
-    distance = cv2.distanceTransform(1 - body, cv2.DIST_L2, 5)
+    distance = cv2.distanceTransform(1 - body, cv2.DIST_L2, 3)
     reach = [float(distance[labels == i].max()) for i in range(1, count) if stats[i, cv2.CC_STAT_AREA] >= 6]
     return body, max(reach, default=0.0) * _CELL_M
 
@@ -164,11 +178,11 @@ def _cavity(footprint: Footprint, body: npt.NDArray[np.uint8], height: float) ->
     middle = share < 0.6
     if len(rims) < _SECTORS // 2 or middle.sum() < 5:
         return 0.0, 0.0
-    rim = float(np.percentile(rims, 60))
+    rim = quantile(rims, 60)
     low = seen & middle & (heights < rim - max(0.003, 0.12 * height))
     hollow = float((low.sum() + (middle & ~seen).sum()) / middle.sum())
     inner = heights[seen & (share < 0.9)]
-    depth = rim - float(np.percentile(inner, 5)) if len(inner) else 0.0
+    depth = rim - quantile(inner, 5) if len(inner) else 0.0
     if (middle & ~seen).sum() > 0.5 * middle.sum():
         depth = max(depth, 0.7 * height)  # so deep that the rim hides the floor
     return hollow, float(np.clip(depth / max(height, 1e-3), 0.0, 1.0)) if hollow > 0.1 else 0.0
@@ -183,12 +197,13 @@ def _curvature(points: npt.NDArray[np.floating]) -> float:
     if length < 1e-3:
         return 0.0
     bins = np.clip(((along - along.min()) / length * 9).astype(int), 0, 8)
-    middle = [np.median(across[bins == i]) if (bins == i).any() else np.nan for i in range(9)]
+    middle = np.array([quantile(own, 50) if len(own := across[bins == i]) else np.nan for i in range(9)])
     known = np.isfinite(middle)
     if known.sum() < 5:
         return 0.0
     x = np.linspace(-1.0, 1.0, 9)[known]
-    return float(abs(np.polyfit(x, np.array(middle)[known], 2)[0]) / length)
+    bend = np.linalg.lstsq(np.column_stack([x * x, x, np.ones_like(x)]), middle[known], rcond=None)[0][0]
+    return float(abs(bend) / length)
 
 
 def _profile(points: npt.NDArray[np.floating], viewer: FloatArray, height: float) -> tuple[float, float]:
@@ -202,7 +217,10 @@ def _profile(points: npt.NDArray[np.floating], viewer: FloatArray, height: float
 
     def width(low: float, high: float) -> float:
         band = across[(share >= low) & (share < high)]
-        return float(np.percentile(band, 97) - np.percentile(band, 3)) if len(band) >= 5 else np.nan
+        if len(band) < 5:
+            return float("nan")
+        low_end, high_end = quantiles(band, (3, 97))
+        return high_end - low_end
 
     top, upper, lower, low = width(0.88, 1.05), width(0.6, 0.75), width(0.25, 0.4), width(0.1, 0.6)
     neck = top / low if np.isfinite(top) and np.isfinite(low) and low > 0.004 else 1.0

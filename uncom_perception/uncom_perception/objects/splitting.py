@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from uncom_perception.objects.joining import is_handle
+from uncom_perception.objects.numbers import quantile
 from uncom_perception.objects.segments import LabelImage, Surfaces, connected, label_boxes
 from uncom_perception.types import Mask
 
@@ -19,6 +20,8 @@ _COLOUR_STEP = 5.5  # between neighbouring pixels [Lab, lightness at half weight
 _MIN_PATCH = 220  # pixels
 _MIN_SHARE = 0.04  # of the surface
 _FOLD = 0.22  # how concave a border must be [sine, about]
+_SHARP_FOLD = 0.5  # where colour does not tell the two apart
+_SOLID = 0.93  # share of its convex outline above which a surface is one thing
 _SMALL_TOP_M = 0.045  # narrower things on top of others are their caps and lids
 _APART_M = 0.02  # borders further apart than this stand one before the other
 _SECTORS = 8
@@ -28,24 +31,54 @@ _REACH = 6  # pixels from the border to where surfaces are compared
 def split_touching(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
     """Return labels in which differently coloured things that meet in a fold have labels of their own."""
     result = labels.copy()
-    following = int(labels.max()) + 1
     for label, box in label_boxes(labels).items():
         own = labels[box] == label
-        if own.sum() < 3 * _MIN_PATCH:
+        if np.count_nonzero(own) < 3 * _MIN_PATCH:
             continue
-        part = _cut(surfaces, box)
-        patches = _patches(part, own)
-        if patches.max() < 2:
+        _relabel(result, box, own, _patches(surfaces.cut(box), own), surfaces, _FOLD)
+    for label, box in label_boxes(result).items():
+        own = result[box] == label
+        if np.count_nonzero(own) < 4 * _MIN_PATCH or _solidity(own) > _SOLID:
             continue
-        groups = _grouped(part, _normals(part.ground_points), patches)
-        for group in range(1, int(groups.max()) + 1):
-            result[box][own & (groups == group)] = following
-            following += 1
+        part = surfaces.cut(box)
+        _relabel(result, box, own, _convex_patches(part, own), surfaces, _SHARP_FOLD)
     return result
 
 
-def _cut(surfaces: Surfaces, box: tuple[slice, slice]) -> Surfaces:
-    return Surfaces(surfaces.ground_points[box], surfaces.lab[box], surfaces.sigma_m, surfaces.pixel_m)
+def _relabel(
+    labels: LabelImage, box: tuple[slice, slice], own: Mask, patches: LabelImage, surfaces: Surfaces, fold: float
+) -> None:
+    """Give the patches of a surface that meet in a fold new labels."""
+    if patches.max() < 2:
+        return
+    part = surfaces.cut(box)
+    groups = _grouped(part, _normals(part.ground_points), patches, fold)
+    if int(np.ptp(groups[own])) > 0:
+        labels[box][own] = int(labels.max()) + 1 + groups[own]
+
+
+def _solidity(own: Mask) -> float:
+    """Return the share that a surface has of its convex outline in the image."""
+    contours = cv2.findContours(np.ascontiguousarray(own).view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+    hull = cv2.convexHull(np.concatenate(contours))
+    return float(np.count_nonzero(own)) / max(float(cv2.contourArea(hull)), 1.0)
+
+
+def _convex_patches(part: Surfaces, own: Mask) -> LabelImage:
+    """Label the parts of one surface that no sharp fold runs through."""
+    points, normals = part.ground_points, _normals(part.ground_points)
+    folded = np.zeros(own.shape, bool)
+    for ahead, behind, middle in (
+        (np.s_[:, 8:], np.s_[:, :-8], np.s_[:, 4:-4]),
+        (np.s_[8:], np.s_[:-8], np.s_[4:-4]),
+    ):
+        apart = points[ahead] - points[behind]
+        distance = np.sqrt(np.einsum("ijk,ijk->ij", apart, apart))
+        bend = np.einsum("ijk,ijk->ij", normals[ahead] - normals[behind], apart) / np.maximum(distance, 1e-6)
+        folded[middle] |= (bend < -_SHARP_FOLD) | (distance > 2.0 * _APART_M)
+    # Surfaces bend away at their outlines; a bridge along there must not join what a fold parts.
+    even = cv2.morphologyEx((own & ~folded).view(np.uint8), cv2.MORPH_ERODE, np.ones((5, 5), np.uint8))
+    return _large(connected(part, even.view(bool)), own)
 
 
 def _patches(part: Surfaces, own: Mask) -> LabelImage:
@@ -57,9 +90,13 @@ def _patches(part: Surfaces, own: Mask) -> LabelImage:
         pad = [(0, 1), (0, 0)] if axis == 0 else [(0, 0), (0, 1)]
         step = np.maximum(step, np.pad(ahead, pad))
     even = own & (step < _COLOUR_STEP)
-    labels = connected(part, even)
+    return _large(connected(part, even), own)
+
+
+def _large(labels: LabelImage, own: Mask) -> LabelImage:
+    """Keep the labels of patches that are large enough to be compared."""
     sizes = np.bincount(labels.ravel())
-    keep = sizes >= max(_MIN_PATCH, _MIN_SHARE * own.sum())
+    keep = sizes >= max(_MIN_PATCH, _MIN_SHARE * np.count_nonzero(own))
     keep[0] = False
     renumber = np.zeros(len(sizes), np.int32)
     renumber[keep] = np.arange(1, keep.sum() + 1)
@@ -80,7 +117,7 @@ def _normals(points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     return np.asarray(normal / length, dtype=np.float32)
 
 
-def _grouped(part: Surfaces, normals: npt.NDArray[np.float32], patches: LabelImage) -> LabelImage:
+def _grouped(part: Surfaces, normals: npt.NDArray[np.float32], patches: LabelImage, least_fold: float) -> LabelImage:
     """Join patches again that do not meet in a fold; give every pixel the group of the nearest patch."""
     count = int(patches.max())
     parent = np.arange(count + 1)
@@ -89,9 +126,9 @@ def _grouped(part: Surfaces, normals: npt.NDArray[np.float32], patches: LabelIma
     for i in range(1, count + 1):
         for j in range(i + 1, count + 1):
             near_i, near_j = (patches == i) & zones[j - 1], (patches == j) & zones[i - 1]
-            if min(near_i.sum(), near_j.sum()) < 20:
+            if min(np.count_nonzero(near_i), np.count_nonzero(near_j)) < 20:
                 continue
-            if not _folded(part, normals, patches, (i, j), (near_i, near_j)):
+            if not _folded(part, normals, patches, (i, j), (near_i, near_j), least_fold):
                 _join(parent, i, j)
     groups = np.array([_find(parent, i) for i in range(count + 1)])
     _, nearest = cv2.distanceTransformWithLabels(
@@ -109,27 +146,26 @@ def _folded(
     patches: LabelImage,
     pair: tuple[int, int],
     near: tuple[Mask, Mask],
+    least_fold: float,
 ) -> bool:
     """Whether two patches meet concavely, or one stands before the other, and neither is a cap, a lid or a handle."""
     points = part.ground_points
-    smaller = patches == min(pair, key=lambda i: int((patches == i).sum()))
-    rows, columns = np.nonzero(smaller)
-    sectors = _sectors(patches.shape, float(rows.mean()), float(columns.mean()))
+    sizes = [int(np.count_nonzero(patches == i)) for i in pair]
+    rows, columns = np.nonzero(patches == pair[int(sizes[1] < sizes[0])])
+    middle = (float(rows.mean()), float(columns.mean()))
+    (count_a, a, na), (count_b, b, nb) = (_sector_means(points, normals, zone, middle) for zone in near)
     folds, weights = [], []
-    for sector in range(_SECTORS):
-        here = [m & (sectors == sector) for m in near]
-        if min(m.sum() for m in here) < 6:
-            continue
-        a, b = (points[m].mean(axis=0) for m in here)
-        na, nb = (normals[m].mean(axis=0) for m in here)
-        distance = float(np.linalg.norm(a - b))
-        folds.append(-1.0 if distance > _APART_M else float((na - nb) @ (a - b)) / max(distance, 1e-6))
-        weights.append(min(int(m.sum()) for m in here))
+    for sector in np.flatnonzero((count_a >= 6) & (count_b >= 6)):
+        apart = a[sector] - b[sector]
+        distance = float(np.linalg.norm(apart))
+        fold = float((na[sector] - nb[sector]) @ apart) / max(distance, 1e-6)
+        folds.append(-1.0 if distance > _APART_M else fold)
+        weights.append(min(int(count_a[sector]), int(count_b[sector])))
     if not folds:
         return False
     order = np.argsort(folds)
-    middle = np.searchsorted(np.cumsum(np.array(weights)[order]), 0.5 * sum(weights))
-    if folds[int(order[min(int(middle), len(order) - 1)])] > -_FOLD:
+    half = np.searchsorted(np.cumsum(np.array(weights)[order]), 0.5 * sum(weights))
+    if folds[int(order[min(int(half), len(order) - 1)])] > -least_fold:
         return False
     for own, other in (pair, pair[::-1]):
         mine, theirs = points[patches == own], points[patches == other]
@@ -138,19 +174,36 @@ def _folded(
     return True
 
 
-def _sectors(shape: tuple[int, ...], row: float, column: float) -> npt.NDArray[np.int32]:
-    """Return in which sector about a place each pixel lies: borders are compared piece by piece, not on average."""
-    v, u = np.mgrid[0 : shape[0], 0 : shape[1]]
-    return np.asarray((np.arctan2(v - row, u - column) / (2.0 * np.pi) * _SECTORS) % _SECTORS, dtype=np.int32)
+def _sector_means(
+    points: npt.NDArray[np.float32], normals: npt.NDArray[np.float32], zone: Mask, middle: tuple[float, float]
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return counts, mean points and mean normals by sector about a place: borders are compared piece by piece."""
+    v, u = np.nonzero(zone)
+    sector = (np.arctan2(v - middle[0], u - middle[1]) / (2.0 * np.pi) * _SECTORS).astype(int) % _SECTORS
+    count = np.bincount(sector, minlength=_SECTORS)
+    means = []
+    for values in (points[v, u], normals[v, u]):
+        sums = [np.bincount(sector, weights=values[:, axis], minlength=_SECTORS) for axis in range(3)]
+        means.append(np.column_stack(sums) / np.maximum(count, 1)[:, None])
+    return count, means[0], means[1]
 
 
 def _is_fitting(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32]) -> bool:
     """Whether a patch is a small top of another (cap, lid, stem) or a thin part held in the air by it (handle)."""
     length = max(cv2.minAreaRect(cv2.convexHull(np.ascontiguousarray(mine[:, :2])))[1])
-    low = float(np.percentile(mine[:, 2], 5))
-    if low > np.percentile(theirs[:, 2], 80) and length < _SMALL_TOP_M:
+    low = quantile(mine[:, 2], 5)
+    if low > quantile(theirs[:, 2], 80) and length < _SMALL_TOP_M:
         return True
-    return is_handle(mine, theirs)
+    return is_handle(mine, theirs) or _is_floor(mine, theirs)
+
+
+def _is_floor(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32]) -> bool:
+    """Whether a patch lies, seen from above, within the rim of another: the inside of a hollow thing."""
+    hull = cv2.convexHull(np.ascontiguousarray(theirs[:, :2]))
+    middle = mine[:, :2].mean(axis=0)
+    if cv2.pointPolygonTest(hull, (float(middle[0]), float(middle[1])), False) < 0:
+        return False
+    return quantile(mine[:, 2], 95) < quantile(theirs[:, 2], 95)
 
 
 def _join(parent: npt.NDArray[np.int64], i: int, j: int) -> None:

@@ -31,10 +31,21 @@ class Ground:
     plane: Plane
     to_ground: FloatArray
 
-    def project(self, points: npt.NDArray[np.floating]) -> npt.NDArray[np.float32]:
-        """Return points (..., 3) in the frame of the ground: x, y on the table and height above it [m]."""
-        rotation = self.to_ground[:3, :3].astype(np.float32)
-        return np.asarray(points @ rotation.T + self.to_ground[:3, 3].astype(np.float32), dtype=np.float32)
+    def project(self, depth: npt.NDArray[np.float32], camera: PinholeCamera, pose: FloatArray) -> PointImage:
+        """Return a depth image (H, W) [m] as points (H, W, 3): x, y on the table and height above the plane [m].
+
+        pose (4, 4) is the camera's in the frame that the ground lies in.
+        """
+        to_ground = self.to_ground @ pose
+        to_ground[2, :3] = self.plane.normal @ pose[:3, :3]
+        to_ground[2, 3] = self.plane.normal @ pose[:3, 3] - self.plane.offset
+        u = (np.arange(depth.shape[1]) - camera.cx) / camera.fx
+        v = (np.arange(depth.shape[0]) - camera.cy) / camera.fy
+        points = np.empty((*depth.shape, 3), np.float32)
+        for axis, (along, down, ahead, shift) in enumerate(to_ground[:3]):
+            rays = (down * v + ahead).astype(np.float32)[:, None] + (along * u).astype(np.float32)
+            points[..., axis] = rays * depth + np.float32(shift)
+        return points
 
 
 def ground_frame(plane: Plane, *, gravity_known: bool) -> Ground:
@@ -52,7 +63,8 @@ def ground_frame(plane: Plane, *, gravity_known: bool) -> Ground:
 
 def table_pixels(height: npt.NDArray[np.float32], sigma_m: float) -> Mask:
     """Return the pixels (H, W) that lie on the plane, without thin stripes where walls cross it."""
-    on = np.abs(height) < max(0.006, 4.0 * sigma_m)
+    with np.errstate(invalid="ignore"):
+        on = np.abs(height) < max(0.006, 4.0 * sigma_m)
     mask = cv2.morphologyEx(on.astype(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5), np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
     if count < 2:
@@ -63,24 +75,19 @@ def table_pixels(height: npt.NDArray[np.float32], sigma_m: float) -> Mask:
 
 
 def find_table(
-    points: PointImage,
-    ground_points: PointImage,
-    on_table: Mask,
-    ground: Ground,
-    camera: PinholeCamera,
-    frame_to_camera: FloatArray,
+    ground_points: PointImage, on_table: Mask, ground: Ground, camera: PinholeCamera, frame_to_camera: FloatArray
 ) -> tuple[TableSurface, FloatArray]:
     """Return the table's surface, and its outline (N, 2) on the ground [m].
 
     A rectangle about what is seen is taken for the table where nothing seen speaks against it, so that things and the
     image's border do not bite corners off; else the convex outline of what is seen.
     """
-    flat = ground_points[on_table][:, :2]
-    flat = flat[:: max(1, len(flat) // 20000)]
-    hull = cv2.convexHull(flat.astype(np.float32))[:, 0]
+    contours = cv2.findContours(on_table.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+    border = np.concatenate(contours)[:, 0]
+    hull = cv2.convexHull(np.ascontiguousarray(ground_points[border[:, 1], border[:, 0], :2]))[:, 0]
     rectangle = cv2.boxPoints(cv2.minAreaRect(hull))
     outline = np.asarray(hull, dtype=float)
-    if not _contradicted(rectangle, hull, points, ground, camera, frame_to_camera):
+    if not _contradicted(rectangle, hull, ground_points, ground, camera, frame_to_camera):
         outline = np.asarray(rectangle, dtype=float)
     else:
         outline = np.asarray(cv2.approxPolyDP(outline.astype(np.float32)[:, None], 0.004, True)[:, 0], dtype=float)
@@ -94,7 +101,7 @@ def find_table(
 def _contradicted(
     rectangle: npt.NDArray[np.float32],
     hull: npt.NDArray[np.float32],
-    points: PointImage,
+    ground_points: PointImage,
     ground: Ground,
     camera: PinholeCamera,
     frame_to_camera: FloatArray,
@@ -111,7 +118,7 @@ def _contradicted(
     pixels = np.round(np.nan_to_num(camera.project(apply(frame_to_camera, frame)), nan=-1.0)).astype(int)
     u, v = pixels[:, 0], pixels[:, 1]
     inside = (u >= 0) & (v >= 0) & (u < camera.width) & (v < camera.height)
-    height = ground.plane.height(points[v[inside], u[inside]])
+    height = ground_points[v[inside], u[inside], 2]
     return float((height < -0.03).sum()) / len(flat) > _SEEN_THROUGH_SHARE
 
 
@@ -130,21 +137,20 @@ def _image_polygon(corners_camera: FloatArray, camera: PinholeCamera) -> FloatAr
 class TopDown:
     """A raster over the table seen from above, for fast questions about places (cells of 5 mm)."""
 
-    def __init__(self, outline: FloatArray, margin_m: float) -> None:
-        """Cover an outline (N, 2) and a margin around it."""
-        self._origin = outline.min(axis=0) - margin_m - 0.05
-        size = np.ceil((outline.max(axis=0) + margin_m + 0.05 - self._origin) / _CELL_M).astype(int)
-        raster = np.zeros((int(size[1]), int(size[0])), np.uint8)
+    def __init__(self, outline: FloatArray, reach_m: float) -> None:
+        """Cover an outline (N, 2) and what is at most reach_m around it."""
+        self._origin = (outline.min(axis=0) - reach_m - 0.02).astype(np.float32)
+        size = np.ceil((outline.max(axis=0) + reach_m + 0.02 - self._origin) / _CELL_M).astype(int)
+        raster = np.ones((int(size[1]), int(size[0])), np.uint8)
         corners = np.round((outline - self._origin) / _CELL_M).astype(np.int32)
-        cv2.fillPoly(raster, [corners.reshape(-1, 1, 2)], 1)
-        cells = round(2 * margin_m / _CELL_M) + 1
-        kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (cells, cells))
-        self._inside = cv2.dilate(raster, kernel).astype(bool)
+        cv2.fillPoly(raster, [corners.reshape(-1, 1, 2)], 0)
+        self._distance = cv2.distanceTransform(raster, cv2.DIST_L2, 3)
 
-    def inside(self, flat: npt.NDArray[np.floating]) -> Mask:
-        """Whether places (..., 2) [m] lie in the outline or within the margin; unknown places do not."""
-        cells = np.nan_to_num((flat - self._origin) / _CELL_M, nan=-1.0, posinf=-1.0, neginf=-1.0)
-        cells = np.clip(cells, -1, 1e6).astype(np.int32)
-        x, y = cells[..., 0], cells[..., 1]
-        valid = (x >= 0) & (y >= 0) & (x < self._inside.shape[1]) & (y < self._inside.shape[0])
-        return np.asarray(valid & self._inside[np.where(valid, y, 0), np.where(valid, x, 0)])
+    def inside(self, flat: npt.NDArray[np.floating], margin_m: float) -> Mask:
+        """Whether known places (N, 2) [m] lie in the outline or within a margin (at most the reach)."""
+        cells = ((flat - self._origin) * np.float32(1.0 / _CELL_M)).astype(np.int32)
+        x, y = cells[:, 0], cells[:, 1]
+        valid = (x >= 0) & (y >= 0) & (x < self._distance.shape[1]) & (y < self._distance.shape[0])
+        found = np.zeros(len(flat), dtype=bool)
+        found[valid] = self._distance[y[valid], x[valid]] <= margin_m / _CELL_M
+        return found

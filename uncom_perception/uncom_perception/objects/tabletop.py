@@ -18,6 +18,7 @@ from uncom_perception.exceptions import TableNotFoundError
 from uncom_perception.objects.body import clean_points, geometry, support_heights
 from uncom_perception.objects.colour import exposure, name_colours
 from uncom_perception.objects.detector import DepthImage, FloatArray, ObjectDetector, RgbImage, check_images
+from uncom_perception.objects.level import bow, measure_noise
 from uncom_perception.objects.lexicon import Lexicon, load_lexicon
 from uncom_perception.objects.phrases import PhraseMatcher, Thing
 from uncom_perception.objects.picture import PictureDetector
@@ -26,11 +27,10 @@ from uncom_perception.objects.scenes import answer, mask_slices
 from uncom_perception.objects.segments import Surfaces
 from uncom_perception.objects.shape import measure
 from uncom_perception.objects.table import TopDown, find_table, ground_frame, table_pixels
-from uncom_perception.objects.things import find_things, hidden_share
+from uncom_perception.objects.things import FOLLOW_M, find_things, hidden_share
 from uncom_perception.types import Geometry, HandsFrame, Mask, Scene, TableSurface
 
-_OVERHANG_M = 0.03
-_FOLLOW_M = 0.25
+_STRIDE = 4
 _HIDDEN_IN_THINGS = 0.6
 
 
@@ -88,22 +88,24 @@ class TabletopDetector(ObjectDetector):
     ) -> tuple[TableSurface, list[tuple[Mask, Geometry, Thing]]]:
         known = camera_in_base is not None
         pose = camera_in_base if camera_in_base is not None else np.eye(4)
-        points = _moved(camera.deproject_image(depth), pose)
+        depth = np.where(depth > 0.0, depth, np.float32(np.nan))
         up = np.array([0.0, 0.0, 1.0]) if known else np.array([0.0, -0.8, -0.6])
-        plane = find_table_plane(points, up, gravity_known=known)
+        plane = find_table_plane(_sparse_points(depth, camera, pose), up, gravity_known=known)
         ground = ground_frame(plane, gravity_known=known)
-        ground_points = ground.project(points)
-        ground_points[..., 2] = plane.height(points)
+        ground_points = ground.project(depth, camera, pose)
         on_table = table_pixels(ground_points[..., 2], plane.sigma_m)
         if not on_table.any():
             raise TableNotFoundError("no table seen: the surface found is too small")
-        table, outline = find_table(points, ground_points, on_table, ground, camera, invert(pose))
-        lab = cv2.cvtColor(cv2.GaussianBlur(image_rgb, (3, 3), 0).astype(np.float32) / 255.0, cv2.COLOR_RGB2LAB)
-        pixel_m = float(np.nanmedian(depth[on_table])) / camera.fx
-        surfaces = Surfaces(ground_points, np.asarray(lab, dtype=np.float32), plane.sigma_m, pixel_m)
-        near, follow = TopDown(outline, _OVERHANG_M), TopDown(outline, _FOLLOW_M)
-        masks = find_things(surfaces, on_table, near, follow, hands, camera)
-        viewer = ground.project(pose[:3, 3][None])[0].astype(float)
+        curved = bow(ground_points[..., 2], on_table)
+        if curved is not None:
+            ground_points[..., 2] -= curved
+            on_table = table_pixels(ground_points[..., 2], plane.sigma_m)
+        table, outline = find_table(ground_points, on_table, ground, camera, invert(pose))
+        noise = measure_noise(ground_points[..., 2], depth, on_table)
+        pixel_m = float(np.median(depth[on_table][::50])) / camera.fx
+        surfaces = Surfaces(ground_points, _lab(image_rgb), noise, pixel_m)
+        masks = find_things(surfaces, depth, TopDown(outline, FOLLOW_M), hands)
+        viewer = (ground.to_ground @ pose)[:3, 3]
         clouds = [clean_points(ground_points[box], mask[box]) for mask in masks for box in [mask_slices(mask)]]
         seen = [(mask, cloud) for mask, cloud in zip(masks, clouds, strict=True) if len(cloud) >= 20]
         bases = support_heights([cloud for _, cloud in seen])
@@ -120,15 +122,26 @@ class TabletopDetector(ObjectDetector):
         return table, found
 
 
+def _sparse_points(depth: DepthImage, camera: PinholeCamera, pose: FloatArray) -> FloatArray:
+    """Return every fourth point of every fourth row (N, 3) that is known, in the frame of the camera's pose."""
+    z = depth[::_STRIDE, ::_STRIDE].astype(float)
+    v, u = np.nonzero(np.isfinite(z))
+    optical = camera.deproject(np.column_stack([u, v]) * float(_STRIDE), z[v, u])
+    return np.asarray(optical @ pose[:3, :3].T + pose[:3, 3])
+
+
+def _lab(image_rgb: RgbImage) -> npt.NDArray[np.float32]:
+    """Return lightness 0 to 100, a and b of a slightly smoothed picture."""
+    lab = np.asarray(cv2.cvtColor(cv2.GaussianBlur(image_rgb, (3, 3), 0), cv2.COLOR_RGB2LAB), dtype=np.float32)
+    lab *= np.array([100.0 / 255.0, 1.0, 1.0], np.float32)
+    lab -= np.array([0.0, 128.0, 128.0], np.float32)
+    return lab
+
+
 def _surface_pixels(image_rgb: RgbImage, mask: Mask) -> npt.NDArray[np.uint8]:
     """Return a thing's pixels (N, 3) without its border, where the background shines through."""
     box = mask_slices(mask)
     part = mask[box]
     inner = cv2.erode(part.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
-    pixels = image_rgb[box][inner if inner.sum() > 30 else part]
+    pixels = image_rgb[box][inner if np.count_nonzero(inner) > 30 else part]
     return np.asarray(pixels[:: max(1, len(pixels) // 4000)])
-
-
-def _moved(points: npt.NDArray[np.float32], pose: FloatArray) -> npt.NDArray[np.float32]:
-    flat = points.reshape(-1, 3) @ pose[:3, :3].T.astype(np.float32) + pose[:3, 3].astype(np.float32)
-    return np.asarray(flat.reshape(points.shape), dtype=np.float32)

@@ -6,44 +6,53 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import numpy.typing as npt
-from uncom_common.camera import PinholeCamera
 
 from uncom_perception.objects.arms import hand_pixels
+from uncom_perception.objects.filling import fill_by_colour
 from uncom_perception.objects.joining import join_fragments, join_hollow
-from uncom_perception.objects.segments import LabelImage, Surfaces, connected, foreground, label_boxes
+from uncom_perception.objects.segments import LabelImage, Surfaces, connected, foreground, label_boxes, mask_bounds
 from uncom_perception.objects.splitting import split_touching
+from uncom_perception.objects.standing import Reach, is_thing
 from uncom_perception.objects.table import TopDown
 from uncom_perception.types import HandsFrame, Mask
 
-_MIN_PIXELS = 45
-_MIN_EXTENT_M = 0.012
-_FLOATING_M = 0.03
-_TALLEST_M = 0.45
+_PAD = 10
+FOLLOW_M = 0.25  # how far around the table things are followed, to see where arms come from
+_MARGINS_M = (0.03, 0.15, FOLLOW_M - 0.02)  # see Reach
 
 
 def find_things(
     surfaces: Surfaces,
-    on_table: Mask,
+    depth: npt.NDArray[np.float32],
     table: TopDown,
-    around: TopDown,
     hands: HandsFrame | None,
-    camera: PinholeCamera,
 ) -> list[Mask]:
     """Return one mask (H, W) for each thing on the table, hands and arms left out."""
-    pixels = foreground(surfaces, on_table, around)
+    pixels = foreground(surfaces, depth, table, FOLLOW_M)
     pixels &= ~hand_pixels(surfaces, pixels, hands)
+    bounds = mask_bounds(pixels)
+    if bounds is None:
+        return []
+    whole = pixels.shape
+    rows, columns = (slice(max(0, s.start - _PAD), s.stop + _PAD) for s in bounds)
+    surfaces, pixels = surfaces.cut((rows, columns)), pixels[rows, columns]
     labels = connected(surfaces, pixels)
     labels = split_touching(surfaces, _without_specks(labels))
     labels = join_hollow(surfaces, join_fragments(surfaces, labels))
-    inside = np.zeros(labels.shape, dtype=bool)
-    inside[labels > 0] = table.inside(surfaces.ground_points[labels > 0][:, :2])
-    boxes = label_boxes(labels)
+    taken = labels > 0
+    places = surfaces.ground_points[taken][:, :2]
+    reach = Reach(*(np.zeros_like(taken) for _ in range(3)))
+    for mask, margin in zip((reach.inside, reach.beside, reach.followed), _MARGINS_M, strict=True):
+        mask[taken] = table.inside(places, margin)
     masks = []
-    for label, box in boxes.items():
-        mask = np.zeros(labels.shape, dtype=bool)
-        mask[box] = labels[box] == label
-        if _is_thing(surfaces, labels, label, box, inside, camera):
-            masks.append(_closed(mask, box))
+    for label, box in label_boxes(labels).items():
+        if is_thing(surfaces, labels, label, box, reach):
+            mask = np.zeros(whole, dtype=bool)
+            part = mask[rows, columns]
+            part[box] = labels[box] == label
+            _close(part, box)
+            fill_by_colour(part, taken, surfaces.lab, box)
+            masks.append(mask)
     return masks
 
 
@@ -56,49 +65,10 @@ def _without_specks(labels: LabelImage) -> LabelImage:
     return renumber[labels]
 
 
-def _is_thing(
-    surfaces: Surfaces, labels: LabelImage, label: int, box: tuple[slice, slice], inside: Mask, camera: PinholeCamera
-) -> bool:
-    """Whether a surface is a thing that stands on the table (or on another thing), not an arm, a hand or a speck."""
-    own = labels[box] == label
-    points = surfaces.ground_points[box][own]
-    if len(points) < _MIN_PIXELS or np.ptp(points[:, :2], axis=0).max() < _MIN_EXTENT_M:
-        return False
-    if np.percentile(points[:, 2], 98) > _TALLEST_M:
-        return False
-    share_inside = float(inside[box][own].mean())
-    if share_inside < 0.6:
-        return False
-    outside = points[~inside[box][own]]
-    if len(outside) and float(np.ptp(outside[:, :2], axis=0).max()) > 0.2:
-        return False
-    # The lower half of a round thing is not seen from above, so it seems to begin at up to half its width.
-    width = float(np.ptp(points[:, :2], axis=0).min())
-    if np.percentile(points[:, 2], 4) < max(_FLOATING_M, 0.015 + 0.5 * width):
-        return True
-    return not _hovers(labels, label, box, camera)
-
-
-def _hovers(labels: LabelImage, label: int, box: tuple[slice, slice], camera: PinholeCamera) -> bool:
-    """Whether the bare table is seen below a thing that does not reach it."""
-    own = (labels[box] == label).astype(np.uint8)
-    padded = np.zeros((own.shape[0] + 8, own.shape[1]), np.uint8)
-    padded[: own.shape[0]] = own
-    below = (np.roll(padded, 6, axis=0) > 0) & (cv2.dilate(padded, np.ones((3, 3), np.uint8)) == 0)
-    v, u = np.nonzero(below)
-    v, u = v + box[0].start, u + box[1].start
-    seen = v < camera.height
-    v, u = v[seen], u[seen]
-    if len(v) < 5:
-        return False
-    return float((labels[v, u] == 0).mean()) > 0.6
-
-
 def hidden_share(mask: Mask, depth: npt.NDArray[np.float32]) -> float:
     """Return how much of a thing's outline is not its own: cut by the image's border or by something nearer, 0 to 1."""
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    y0, x0 = max(0, int(rows[0]) - 5), max(0, int(columns[0]) - 5)
-    box = np.s_[y0 : int(rows[-1]) + 6, x0 : int(columns[-1]) + 6]
+    x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
+    box = np.s_[max(0, y - 5) : y + height + 5, max(0, x - 5) : x + width + 5]
     part = mask[box].astype(np.uint8)
     own = np.where((part > 0) & np.isfinite(depth[box]), depth[box], np.float32(0.0)).astype(np.float32)
     ring = (cv2.dilate(part, np.ones((9, 9), np.uint8)) > 0) & (cv2.dilate(part, np.ones((5, 5), np.uint8)) == 0)
@@ -106,16 +76,14 @@ def hidden_share(mask: Mask, depth: npt.NDArray[np.float32]) -> float:
         nearer = ring & (depth[box] < cv2.dilate(own, np.ones((9, 9), np.uint8)) - 0.03)
     cut = int(mask[:, :2].any(axis=1).sum() + mask[:, -2:].any(axis=1).sum())
     cut += int(mask[:2].any(axis=0).sum() + mask[-2:].any(axis=0).sum())
-    outline = float(ring.sum()) / 2.0 + cut
-    return float(np.clip(2.5 * (0.5 * float(nearer.sum()) + cut) / max(outline, 1.0), 0.0, 1.0))
+    outline = float(np.count_nonzero(ring)) / 2.0 + cut
+    return float(np.clip(2.5 * (0.5 * float(np.count_nonzero(nearer)) + cut) / max(outline, 1.0), 0.0, 1.0))
 
 
-def _closed(mask: Mask, box: tuple[slice, slice]) -> Mask:
+def _close(mask: Mask, box: tuple[slice, slice]) -> None:
     """Close the holes that missing depth leaves in a mask."""
     rows = slice(max(0, box[0].start - 4), box[0].stop + 4)
     columns = slice(max(0, box[1].start - 4), box[1].stop + 4)
-    part = np.ascontiguousarray(mask[rows, columns]).astype(np.uint8)
+    part = np.ascontiguousarray(mask[rows, columns]).view(np.uint8)
     part = cv2.morphologyEx(part, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5)))
-    result = np.zeros_like(mask)
-    result[rows, columns] = part.astype(bool)
-    return result
+    mask[rows, columns] = part.astype(bool)

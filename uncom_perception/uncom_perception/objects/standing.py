@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What of all that rises above the table is a thing that stands there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from uncom_perception.objects.numbers import quantile
+from uncom_perception.objects.segments import LabelImage, Surfaces
+from uncom_perception.types import Mask
+
+_MIN_PIXELS = 45
+_MIN_EXTENT_M = 0.012
+_FLOATING_M = 0.03
+_TALLEST_M = 0.45
+_BARE_M = 0.015
+_IN_THE_AIR_M = 0.07
+_LOW_M = 0.012  # what is lower must be told from the table by its colour, too
+_UNLIKE = 5.0  # [Lab, lightness at half weight]
+_SLIVER_PIXELS = 150  # smaller pieces along another thing's outline are of that thing, or of what it hides
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """Where pixels (H, W) are, from the table."""
+
+    inside: Mask  # over it, or hardly beside it
+    beside: Mask  # so near that what is there may hide its edge
+    followed: Mask  # not at the end of what is looked at about it
+
+
+def is_thing(surfaces: Surfaces, labels: LabelImage, label: int, box: tuple[slice, slice], reach: Reach) -> bool:
+    """Whether a surface is a thing that stands on the table (or on another thing), not an arm, a wall or a speck.
+
+    Args:
+        surfaces: what is seen.
+        labels: all surfaces above the table (H, W).
+        label: the one that is asked about.
+        box: rows and columns of it.
+        reach: where pixels are, from the table.
+    """
+    own = labels[box] == label
+    points = surfaces.ground_points[box][own]
+    if len(points) < _MIN_PIXELS or max(_sides(points)) < _MIN_EXTENT_M:
+        return False
+    top, bottom = quantile(points[:, 2], 98), quantile(points[:, 2], 4)
+    if top > _TALLEST_M or not _on_table(surfaces, labels, label, box, reach):
+        return False
+    dent = top < _LOW_M and not _unlike_table(surfaces, labels, own, box)
+    if dent or (len(points) < _SLIVER_PIXELS and _along_another(labels, label, box)):
+        return False
+    # The lower half of a round thing is not seen from above, so it seems to begin at up to half its width.
+    if bottom < max(_FLOATING_M, 0.015 + 0.5 * min(_sides(points))):
+        return True
+    below = _below(labels, label, box)
+    if below is None:
+        return True
+    bare = (labels[below] == 0) & (np.abs(surfaces.ground_points[..., 2][below]) < _BARE_M)
+    return float(bare.mean()) <= 0.5
+
+
+def _sides(points: npt.NDArray[np.float32]) -> tuple[float, float]:
+    return float(np.ptp(points[:, 0])), float(np.ptp(points[:, 1]))
+
+
+def _on_table(surfaces: Surfaces, labels: LabelImage, label: int, box: tuple[slice, slice], reach: Reach) -> bool:
+    """Whether a surface is over the table that is seen, or ends at its level where things hide the table's edge."""
+    own = labels[box] == label
+    if np.count_nonzero(own & ~reach.followed[box]) > 5:
+        return False  # it comes from far: an arm
+    if float(reach.inside[box][own].mean()) >= 0.6:
+        outside = surfaces.ground_points[box][own & ~reach.inside[box]]
+        # An arm reaches in through the air; a pan at the table's edge lies low.
+        return not (len(outside) and max(_sides(outside)) > 0.2 and quantile(outside[:, 2], 50) > _IN_THE_AIR_M)
+    bottom = quantile(surfaces.ground_points[box][own][:, 2], 4)
+    if float(reach.beside[box][own].mean()) < 0.9 or bottom > 2.0 * _FLOATING_M:
+        return False
+    below = _below(labels, label, box)
+    if below is None:
+        return False
+    heights = surfaces.ground_points[..., 2][below]
+    heights = heights[np.isfinite(heights)]
+    level = np.abs(heights) < 0.02
+    return bool(len(heights) >= 5 and level.mean() > 0.5 and (heights < -0.02).mean() < 0.15)
+
+
+def _below(
+    labels: LabelImage, label: int, box: tuple[slice, slice]
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]] | None:
+    """Return the pixels just below a surface in the image; None if hardly any are in the image."""
+    own = (labels[box] == label).astype(np.uint8)
+    padded = np.zeros((own.shape[0] + 8, own.shape[1]), np.uint8)
+    padded[: own.shape[0]] = own
+    below = (np.roll(padded, 6, axis=0) > 0) & (cv2.dilate(padded, np.ones((3, 3), np.uint8)) == 0)
+    v, u = np.nonzero(below)
+    v, u = v + box[0].start, u + box[1].start
+    seen = v < labels.shape[0]
+    return (v[seen], u[seen]) if np.count_nonzero(seen) >= 5 else None
+
+
+def _around(labels: LabelImage, own: Mask, box: tuple[slice, slice], reach: int) -> tuple[Mask, tuple[slice, slice]]:
+    """Return the pixels within a reach about a surface, and the rows and columns that they are given in."""
+    rows, columns = (slice(max(0, s.start - reach), s.stop + reach) for s in box)
+    padded = np.zeros(labels[rows, columns].shape, np.uint8)
+    inner = np.s_[box[0].start - rows.start :, box[1].start - columns.start :]
+    padded[inner][: own.shape[0], : own.shape[1]] = own
+    grown = cv2.dilate(padded, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+    return (grown > padded), (rows, columns)
+
+
+def _unlike_table(surfaces: Surfaces, labels: LabelImage, own: Mask, box: tuple[slice, slice]) -> bool:
+    """Whether a low surface has another colour than the table about it: else it is a dent in the depth."""
+    ring, where = _around(labels, own, box, 7)
+    ring &= labels[where] == 0
+    if np.count_nonzero(ring) < 20:
+        return True
+    weight = np.array([0.5, 1.0, 1.0], np.float32)
+    table = surfaces.lab[where][ring] * weight
+    middle = np.median(table, axis=0)
+    spread = float(np.median(np.linalg.norm(table - middle, axis=1)))
+    mine = np.linalg.norm(surfaces.lab[box][own] * weight - middle, axis=1)
+    return float(np.median(mine)) > max(_UNLIKE, 2.2 * spread)
+
+
+def _along_another(labels: LabelImage, label: int, box: tuple[slice, slice]) -> bool:
+    """Whether a small surface lies along the outline of a larger one for much of its own."""
+    own = labels[box] == label
+    ring, where = _around(labels, own, box, 3)
+    beside = labels[where][ring]
+    other = beside[(beside != 0) & (beside != label)]
+    if len(other) < 0.3 * len(beside):
+        return False
+    return int(np.bincount(labels.ravel(), minlength=int(other.max()) + 1)[np.bincount(other).argmax()]) > int(
+        3 * np.count_nonzero(own)
+    )
