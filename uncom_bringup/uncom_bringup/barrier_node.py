@@ -10,7 +10,8 @@ from __future__ import annotations
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection
+from typing import Any
 
 from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
@@ -48,23 +49,22 @@ class Barrier:
             waiting = [count for (node, _), count in self._sent.items() if node == name]
             # A node takes one message of each topic between two looks at its services.
             for _ in range(max([rounds, *waiting])):
-                self.parameters(name, ())
+                self.ask(name, self._clients[name], GetParameters.Request())
             for key in [key for key in self._sent if key[0] == name]:
                 del self._sent[key]
 
-    def parameters(self, name: str, wanted: Sequence[str]) -> list[float]:
-        """Return values (double or integer) of a node's parameters.
+    def ask(self, name: str, client: Any, request: Any) -> Any:
+        """Call a service of a node and return its answer.
 
         Raises:
             GraphError: it died or does not answer.
         """
         done = threading.Event()
-        future = self._clients[name].call_async(GetParameters.Request(names=list(wanted)))
+        future = client.call_async(request)
         future.add_done_callback(lambda _: done.set())
         deadline = time.monotonic() + _ANSWER_S
         while not done.wait(0.2):
             self._check()
             if time.monotonic() > deadline:
                 raise GraphError(name, f"has not answered for {_ANSWER_S:.0f} s")
-        values = future.result().values
-        return [value.double_value or float(value.integer_value) for value in values]
+        return future.result()

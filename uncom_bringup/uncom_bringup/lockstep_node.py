@@ -2,8 +2,8 @@
 """Plays a bag to running nodes as fast as they answer: nothing is dropped, and no answer depends on speed.
 
 After each message a barrier makes sure that the nodes have taken it. What a node does in a thread of its own is
-waited for by what it publishes: hands for each picture, the end of recognising for each utterance, a decision for each
-command as soon as the reasoner has what it waits for.
+waited for by what it publishes or answers: hands for each picture, the end of recognising for each utterance, commands
+for each transcript, and the reasoner says itself when it can do no more with what it has.
 """
 
 from __future__ import annotations
@@ -16,11 +16,8 @@ from dataclasses import dataclass, field
 
 from audio_common_msgs.msg import AudioDataStamped
 from rclpy.serialization import deserialize_message
+from std_srvs.srv import Trigger
 from uncom_common.conversions import seconds_from_msg, time_to_msg
-from uncom_language.conversions import command_from_msg
-from uncom_language.types import Act
-from uncom_reasoner.frames import StampedBuffer
-from uncom_reasoner.job import words_span
 
 from uncom_bringup import run_record as kinds
 from uncom_bringup import topics
@@ -30,7 +27,6 @@ from uncom_bringup.exceptions import GraphError
 from uncom_bringup.monitor_node import MonitorNode
 from uncom_bringup.player_node import PlayerNode
 from uncom_bringup.run_record import Event
-from uncom_interfaces.msg import Command
 
 SPEECH, LANGUAGE, GESTURE, REASONER = "speech_node", "language_node", "gesture_node", "reasoner_node"
 NODES = (SPEECH, LANGUAGE, GESTURE, "detection_node", REASONER)
@@ -43,15 +39,6 @@ _LONGEST_SILENCE_S = 40.0  # [s] of the bag's time after its end
 _DEPTH_LATER_NS = 60_000_000
 _MOST_PENDING = 4
 _PICTURES = (topics.RGB.name, topics.RGB.stored_name)
-
-
-@dataclass(slots=True)
-class _Waiting:
-    """A command that the reasoner has not decided on; it begins with pictures from `needed_s` on."""
-
-    key: tuple[str, int]
-    text: str
-    needed_s: float
 
 
 @dataclass(slots=True)
@@ -86,15 +73,12 @@ class Lockstep:
         self._transcripts: list[tuple[str, str]] = []
         self._answered: Counter[str] = Counter()
         self._announced: dict[str, int] = {}
-        self._commands: list[_Waiting] = []
-        self._decided: Counter[tuple[str, int]] = Counter()
-        self._parts: dict[tuple[str, int], int] = {}
-        self._late_s = 0.0
-        self._seen: StampedBuffer[None] = StampedBuffer(10.0)
+        self._undecided: dict[tuple[str, int], str] = {}
+        self._settle = monitor.create_client(Trigger, f"/{REASONER}/settle")
+        self._last_picture_s = float("-inf")
         self._picture: tuple[float, int] | None = None  # stamp [s] and when its answer is due [ns]
         self._takers: dict[str, tuple[str, ...]] = {}
         self.tally = Tally()
-        monitor.create_subscription(Command, topics.COMMAND.name, self._on_command, 50)
         self._silence = player.create_publisher(AudioDataStamped, topics.AUDIO.name, 500)
 
     def hear(self, event: Event) -> None:
@@ -110,19 +94,9 @@ class Lockstep:
             elif event.kind == kinds.COMMAND:
                 self._answered[str(data["utterance_id"])] += 1
                 self._announced[str(data["utterance_id"])] = max(1, int(data["count"]))
+                self._undecided[str(data["utterance_id"]), int(data["index"])] = str(data["text"])
             elif event.kind == kinds.GROUNDED:
-                key = (str(data["utterance_id"]), int(data["index"]))
-                self._decided[key] += 1
-                self._parts[key] = max(1, int(data.get("parts", 1)))
-            self._changed.notify_all()
-
-    def _on_command(self, msg: Command) -> None:
-        command = command_from_msg(msg)
-        if command.act is not Act.COMMAND:
-            return
-        with self._changed:
-            needed_s = words_span(command).end_s + self._late_s
-            self._commands.append(_Waiting((msg.utterance_id, int(msg.index)), msg.text, needed_s))
+                self._undecided.pop((str(data["utterance_id"]), int(data["index"])), None)
             self._changed.notify_all()
 
     def _wait(self, condition: Callable[[], bool], limit_s: float) -> bool:
@@ -141,6 +115,8 @@ class Lockstep:
         """Return the nodes that are not up yet."""
         needed = {SPEECH: topics.AUDIO, GESTURE: topics.RGB, LANGUAGE: topics.TRANSCRIPT, REASONER: topics.COMMAND}
         missing = set(self._barrier.missing())
+        if not self._settle.service_is_ready():
+            missing.add(REASONER)
         for node, topic in needed.items():
             if node not in {info.node_name for info in self._monitor.get_subscriptions_info_by_topic(topic.name)}:
                 missing.add(node)
@@ -155,8 +131,6 @@ class Lockstep:
             GraphError: a node died or does not answer.
             BagError: the bag is damaged from its first message on.
         """
-        self._late_s, hertz, keep_s = self._barrier.parameters(REASONER, ("late_pointing_s", "buffer_hz", "buffer_s"))
-        self._seen = StampedBuffer(keep_s, hertz)
         self._takers = {name: self._who_takes(name) for name in self._player.published_topics}
         wanted = [name for name, nodes in self._takers.items() if nodes]
         self._introduce(wanted)
@@ -227,7 +201,8 @@ class Lockstep:
         if not self._wait(lambda: self._hands_s >= stamp_s - 1e-6, limit_s):
             self.tally.without_answer.append(stamp_s)
             self._note(f"warning: {GESTURE} has not answered the picture of {stamp_s:.3f} s")
-        self._seen.add(stamp_s, None)
+        else:
+            self._last_picture_s = stamp_s
         self._decide()
 
     def _hear_out(self) -> None:
@@ -238,9 +213,7 @@ class Lockstep:
         while self._transcripts:
             self._barrier.settle(LANGUAGE, rounds=2)
             self._await_commands(*self._transcripts.pop(0))
-            self._finish_picture()
-            self._barrier.settle(REASONER, rounds=2)
-        self._decide()
+            self._decide()
 
     def _await_commands(self, utterance: str, text: str) -> None:
         def answered() -> bool:
@@ -250,24 +223,20 @@ class Lockstep:
             raise GraphError(LANGUAGE, f'has not answered "{text}" for {_ANSWER_S:.0f} s')
 
     def _decide(self) -> None:
-        """Wait for the decisions that the reasoner can make now, so that it makes them on what was played so far."""
-        while True:
-            with self._changed:
-                due = [c for c in self._commands if self._seen.latest_s() >= c.needed_s]
-            if not due:
-                return
-            command = due[0]
-            self._barrier.settle(REASONER, rounds=1)
-            self._await_decision(command, _ANSWER_S)
-
-    def _await_decision(self, command: _Waiting, limit_s: float) -> None:
-        def decided() -> bool:
-            return self._decided[command.key] >= self._parts.get(command.key, 1)
-
-        if not self._wait(decided, limit_s):
-            self._note(f'warning: {REASONER} has not decided on "{command.text}" for {limit_s:.0f} s')
+        """Let the reasoner do all it can do with what was played so far, while there is anything to decide."""
         with self._changed:
-            self._commands.remove(command)
+            if not self._undecided:
+                return
+        self._barrier.settle(REASONER, rounds=2)
+        deadline = time.monotonic() + _ANSWER_S
+        while True:
+            answer = self._barrier.ask(REASONER, self._settle, Trigger.Request())
+            if answer.success and float(answer.message) >= self._last_picture_s - 1e-6:
+                break
+            self._check()
+            if time.monotonic() > deadline:
+                raise GraphError(REASONER, f"has thought for {_ANSWER_S:.0f} s")
+            time.sleep(0.002)
 
     def _end(self, sounds: Sequence[AudioDataStamped]) -> None:
         """Let time go on, in silence, until everything heard is answered: the last word needs its end."""
@@ -280,7 +249,7 @@ class Lockstep:
         bag_end_s = 1e-9 * self._bag.start_ns + self._bag.duration_s
         for number in range(int(_LONGEST_SILENCE_S / length_s)):
             with self._changed:
-                waiting = bool(self._commands)
+                waiting = bool(self._undecided)
             if not waiting and self._silent_since_s() >= end_s:
                 return
             self._player.tell_time(int(1e9 * (bag_end_s + (number + 1) * length_s)))
@@ -288,8 +257,8 @@ class Lockstep:
             self._silence.publish(sound)
             self._barrier.sent(SPEECH, topics.AUDIO.name)
             self._hear_out()
-        for command in tuple(self._commands):
-            self._await_decision(command, _ANSWER_S)
+        for text in self._undecided.values():
+            self._note(f'warning: {REASONER} has not decided on "{text}"')
 
     def _silent_since_s(self) -> float:
         status = self._monitor.record().last(kinds.SPEECH_STATUS)

@@ -52,7 +52,13 @@ def graph_parameters(bag: BagReader) -> dict[str, dict[str, ParameterValue]]:
     return {
         "": {"use_sim_time": True},
         "gesture_node": {"use_depth": depth, "depth_wait_s": 1.0, "queue_size": 64},
-        "reasoner_node": {"use_depth": depth, "wait_timeout_s": 20.0, "detect_timeout_s": 300.0},
+        "reasoner_node": {
+            "use_depth": depth,
+            "look_ahead": False,
+            "wait_timeout_s": 20.0,
+            "detect_timeout_s": 300.0,
+            "question_timeout_s": 3600.0,
+        },
     }
 
 
