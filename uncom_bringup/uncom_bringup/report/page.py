@@ -19,6 +19,13 @@ from uncom_bringup.report import table_map, timeline
 from uncom_bringup.run_record import ACT_COMMAND, ACT_NAMES, STATUS_NAMES, Event, Frame, RunRecord
 
 _TEMPLATE = "report.html.j2"
+_ROLES = {
+    "group": "group",
+    "object": "object",
+    "target": "target",
+    "reference": "thing that the place is beside",
+    "second": "other thing that the place is between",
+}
 _NAMED_CELLS = 12  # of all places weighed, the likeliest
 
 
@@ -89,6 +96,7 @@ def _decision(event: Event, record: RunRecord) -> dict[str, Any]:
         "picture": _data_uri(picture) if picture is not None else "",
         "tables": _tables(explanation),
         "map": table_map.draw(explanation, grounded.data) if grounded is not None else "",
+        "readings": explanation.get("readings") or [],
         "refused": explanation.get("refused") or [],
         "notes": explanation.get("notes") or [],
         "without": _without(explanation),
@@ -110,8 +118,10 @@ def _picture(record: RunRecord, grounded: Event | None) -> Frame | None:
 
 def _tables(explanation: Mapping[str, Any]) -> list[dict[str, Any]]:
     tables = []
-    for role in ("object", "target"):
+    for role, title in _ROLES.items():
         part = explanation.get(role) or {}
+        if isinstance(part, list):  # what the things of a group were chosen from
+            part = {"candidates": part}
         candidates = sorted(part.get("candidates") or (), key=lambda c: -c["probability"])
         if not candidates:
             continue
@@ -128,7 +138,15 @@ def _tables(explanation: Mapping[str, Any]) -> list[dict[str, Any]]:
             }
             for c in shown
         ]
-        tables.append({"role": role, "names": names, "rows": rows, "left_out": len(candidates) - len(shown)})
+        tables.append(
+            {
+                "role": title,
+                "rule": part.get("rule") or "",
+                "names": names,
+                "rows": rows,
+                "left_out": len(candidates) - len(shown),
+            }
+        )
     return tables
 
 
