@@ -17,7 +17,6 @@ _MIN_PIXELS = 45
 _MIN_EXTENT_M = 0.012
 _FLOATING_M = 0.03
 _TALLEST_M = 0.45
-_BARE_M = 0.015
 _IN_THE_AIR_M = 0.07
 _LOW_M = 0.012  # what is lower must be told from the table by its colour, too
 _UNLIKE = 5.0  # [Lab, lightness at half weight]
@@ -59,8 +58,9 @@ def is_thing(surfaces: Surfaces, labels: LabelImage, label: int, box: tuple[slic
     below = _below(labels, label, box)
     if below is None:
         return True
-    bare = (labels[below] == 0) & (np.abs(surfaces.ground_points[..., 2][below]) < _BARE_M)
-    return float(bare.mean()) <= 0.5
+    # Below it are the table, or an arm: not another thing that may hide its foot, nor a shadow of the depth camera.
+    free = (labels[below] == 0) & np.isfinite(surfaces.ground_points[..., 2][below])
+    return float(free.mean()) <= 0.5
 
 
 def _sides(points: npt.NDArray[np.float32]) -> tuple[float, float]:
