@@ -25,6 +25,7 @@ class ContactCounter:
         self._last: dict[int, float] = {}
         self._touches: dict[int, int] = {}
         self._held: set[int] = set()
+        self._forces: dict[int, float] = {}
 
     def update(self, time_s: float) -> None:
         """Look at the contacts of the physics step just made."""
@@ -35,6 +36,7 @@ class ContactCounter:
             if contact[8] > 0.0 or (other != self._table and other not in self._names):
                 continue
             touched.add(other)
+            self._forces[other] = max(self._forces.get(other, 0.0), float(contact[9]))
             if link in self._fingers:
                 grips.setdefault((other, self._fingers[link]), set()).add(link)
         for (other, _), links in grips.items():
@@ -54,6 +56,12 @@ class ContactCounter:
     def bystanders(self) -> int:
         """How many times the robot touched things that it never held."""
         return sum(n for body, n in self._touches.items() if body != self._table and body not in self._held)
+
+    @property
+    def forces(self) -> dict[str, float]:
+        """Greatest normal force [N] between the robot and each thing it touched; the table is called "table"."""
+        names = {**self._names, self._table: "table"}
+        return {names[body]: round(force, 2) for body, force in self._forces.items()}
 
     @property
     def held(self) -> frozenset[str]:

@@ -13,7 +13,7 @@ from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import InCollisionError, PlanningError
 from uncom_tiago_exec.grasps import Grasp
 from uncom_tiago_exec.ik import IkSolver
-from uncom_tiago_exec.obstacles import TABLE, attach, solids_of
+from uncom_tiago_exec.obstacles import TABLE, attach
 from uncom_tiago_exec.planning import JointPlanner, PlannerOptions
 from uncom_tiago_exec.robot_model import ArmGroup, RobotModel, finger_joints
 from uncom_tiago_exec.scene_model import SceneModel
@@ -87,20 +87,19 @@ class ArmPlanner:
 
     def attachment(self, grasp: Grasp) -> Attachment:
         """Return the thing's solids as they hang in the hand."""
-        return attach(solids_of(self.scene.moved, "held", pad=0.001), grasp.pose)
+        return attach(self.scene.moved_solids, grasp.pose)
 
     def leaving(self, gap: float, motion: FloatArray, touches: frozenset[str]) -> CollisionChecker:
         """Check motions with empty hand after the thing was moved by `motion` (4, 4); fingers may touch some solids."""
-        moved = tuple(
-            Obstacle(s.name, s.shape, s.size, motion @ s.pose) for s in solids_of(self.scene.moved, pad=0.001)
-        )
+        moved = tuple(Obstacle(s.name, s.shape, s.size, motion @ s.pose) for s in self.scene.moved_solids)
         obstacles = (*self.scene.obstacles(with_moved=False), *moved)
         checker = CollisionChecker(self._group(gap), obstacles, self.margins, Contacts(fingers=touches))
         return self._at_home(checker)
 
     def transit(self, checker: CollisionChecker, start: FloatArray, goals: Sequence[FloatArray]) -> FloatArray:
         """Plan a free motion (N, 8)."""
-        options = PlannerOptions(time_s=self.config.planning_time_s / 2.0)
+        # what is left between two checks is found when the motion is timed, at every 0.005 rad
+        options = PlannerOptions(time_s=self.config.planning_time_s / 2.0, recheck=0.02)
         return JointPlanner(checker, options).plan(start, goals)
 
     def straight(self, checker: CollisionChecker, start: FloatArray, offset: FloatArray) -> FloatArray:

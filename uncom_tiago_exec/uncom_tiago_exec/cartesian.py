@@ -12,6 +12,7 @@ from uncom_tiago_exec.ik import IkSolver
 from uncom_tiago_exec.types import FloatArray
 
 STEP = 0.01  # [m]
+CHECK = 0.02  # [rad] between checks; motions are looked at again, closely, once they are timed
 LARGEST_JUMP = 0.25  # [rad] a step of 1 cm never needs more, unless the arm flips
 LARGEST_TORSO_JUMP = 0.03  # [m]
 
@@ -39,19 +40,33 @@ def straight_path(solver: IkSolver, checker: CollisionChecker, start: FloatArray
     pose = solver.group.forward(start)
     turn = float(np.linalg.norm(Rotation.from_matrix(pose[:3, :3].T @ end[:3, :3]).as_rotvec()))
     count = max(1, int(np.ceil(max(float(np.linalg.norm(end[:3, 3] - pose[:3, 3])) / STEP, turn / 0.05))))
-    path = [np.asarray(start)]
-    for step_pose in interpolate_poses(pose, end, count):
-        q = solver.descend(step_pose, path[-1], iterations=15)
-        if q is None:
-            raise PlanningError(f"the {solver.group.side} arm cannot follow the straight line to its end")
-        jump = np.abs(q - path[-1])
-        if jump[1:].max() > LARGEST_JUMP or jump[0] > LARGEST_TORSO_JUMP:
-            raise PlanningError(f"the {solver.group.side} arm would have to turn over on the straight line")
-        path.append(q)
-    result = np.array(path)
-    hit = checker.first_collision(result)
+    poses = interpolate_poses(pose, end, count)
+    quick = solver.along(np.array(poses), start)
+    if quick is not None and _smooth(np.vstack([start, quick])):
+        result = np.vstack([start, quick])
+    else:
+        result = _followed(solver, start, poses)
+    hit = checker.first_collision(result, CHECK)
     if hit is not None:
         pairs = checker.touching(hit)
         text = ", ".join(f"{a} and {b}" for a, b in pairs[:2])
         raise InCollisionError(f"something is in the way of the straight line ({text})", pairs)
     return result
+
+
+def _followed(solver: IkSolver, start: FloatArray, poses: list[FloatArray]) -> FloatArray:
+    """Follow poses by descent, each from the one before, with all joints."""
+    path = [np.asarray(start)]
+    for pose in poses:
+        q = solver.descend(pose, path[-1], iterations=15)
+        if q is None:
+            raise PlanningError(f"the {solver.group.side} arm cannot follow the straight line to its end")
+        path.append(q)
+        if not _smooth(np.array(path[-2:])):
+            raise PlanningError(f"the {solver.group.side} arm would have to turn over on the straight line")
+    return np.array(path)
+
+
+def _smooth(path: FloatArray) -> bool:
+    jumps = np.abs(np.diff(path, axis=0)).max(axis=0)
+    return bool(jumps[1:].max() <= LARGEST_JUMP and jumps[0] <= LARGEST_TORSO_JUMP)

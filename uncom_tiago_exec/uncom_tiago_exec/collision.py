@@ -12,7 +12,6 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from uncom_tiago_exec.link_pairs import link_of_geometry
 from uncom_tiago_exec.robot_model import ArmGroup
 from uncom_tiago_exec.types import Attachment, FloatArray, Obstacle
 
@@ -60,9 +59,7 @@ class CollisionChecker:
         self.contacts = contacts or Contacts()
         self.checks = 0
         self._geometry = group.geometry.copy()
-        robot_count = len(self._geometry.geometryObjects)
-        self._names = [link_of_geometry(g.name) for g in self._geometry.geometryObjects]
-        self._kinds = ["robot"] * robot_count
+        self._names = list(group.links)
         for obstacle in obstacles:
             self._add(obstacle, 0, 0, pin.SE3(obstacle.pose), "scene")
         if attachment is not None:
@@ -78,35 +75,34 @@ class CollisionChecker:
         name = f"{kind}:{obstacle.name}:{len(self._names)}"
         self._geometry.addGeometryObject(pin.GeometryObject(name, joint, frame, placement, shape))
         self._names.append(HELD if kind == HELD else obstacle.name)
-        self._kinds.append(kind)
 
     def _make_pairs(self) -> list[float]:
         """Choose the pairs to check; return the margin of each."""
-        geometry = self._geometry
-        skip = self.group.skipped_pairs()
+        geometry, robot = self._geometry, len(self.group.links)
         geometry.removeAllCollisionPairs()
-        margins = []
-        for i in range(len(self._names)):
-            for j in range(i + 1, len(self._names)):
-                margin = self._pair_margin(i, j, skip)
-                if margin is not None:
-                    geometry.addCollisionPair(pin.CollisionPair(i, j))
-                    margins.append(margin)
-        return margins
+        pairs = [(i, j, self.margins.body) for i, j in self.group.body_pairs]
+        joints = [g.parentJoint for g in geometry.geometryObjects]
+        held = [i for i in range(robot, len(joints)) if joints[i] != 0]
+        for j in range(robot, len(joints)):
+            if joints[j] == 0:
+                pairs += self._with_scene(j, joints, held)
+            else:  # the hand that holds it touches it
+                pairs += [(i, j, self.margins.body) for i in range(robot) if joints[i] != joints[j]]
+        for i, j, _ in pairs:
+            geometry.addCollisionPair(pin.CollisionPair(i, j))
+        return [margin for _, _, margin in pairs]
 
-    def _pair_margin(self, i: int, j: int, skip: frozenset[frozenset[str]]) -> float | None:
-        objects = self._geometry.geometryObjects
-        a, b, kinds = self._names[i], self._names[j], (self._kinds[i], self._kinds[j])
-        if objects[i].parentJoint == objects[j].parentJoint:
-            return None
-        if kinds == ("robot", "robot"):
-            return None if frozenset((a, b)) in skip else self.margins.body
-        if kinds == ("robot", "scene"):
+    def _with_scene(self, j: int, joints: list[int], held: list[int]) -> list[tuple[int, int, float]]:
+        """Return the pairs of one solid of the scene with links and held solids, each with its margin."""
+        name, pairs = self._names[j], []
+        for i in range(len(self.group.links)):
             # the base stands still; the other arm goes up and down with the torso
-            return None if objects[i].parentJoint == 0 else self._scene_margin(a, b)
-        if kinds == ("scene", HELD):
-            return None if a in self.contacts.held else self.margins.held
-        return self.margins.body if kinds == ("robot", HELD) else None
+            margin = self._scene_margin(self._names[i], name) if joints[i] != 0 else None
+            if margin is not None:
+                pairs.append((i, j, margin))
+        if name not in self.contacts.held:
+            pairs += [(min(i, j), max(i, j), self.margins.held) for i in held]
+        return pairs
 
     def _scene_margin(self, link: str, obstacle: str) -> float | None:
         wanted = obstacle in self.contacts.fingers
@@ -170,11 +166,21 @@ class CollisionChecker:
         return self.first_collision(path, step) is None
 
     def first_collision(self, path: FloatArray, step: float = 0.005) -> FloatArray | None:
-        """Return the first configuration of a polyline (N, 8) that does not keep its margins, or None."""
-        for q in densify(path, step):
-            if not self.is_free(q):
-                return np.asarray(q)
-        return None
+        """Return a configuration of a polyline (N, 8) that does not keep its margins, or None.
+
+        Every `step` is looked at, coarsely over the whole way first: what is in the way is found sooner.
+        """
+        points = densify(path, step)
+        stride = 1 << max(0, int(np.log2(max(len(points), 1))) - 2)
+        first = range(0, len(points), stride)
+        while True:
+            for k in first:
+                if not self.is_free(points[k]):
+                    return np.asarray(points[k])
+            if stride == 1:
+                return None
+            stride //= 2
+            first = range(stride, len(points), 2 * stride)
 
 
 def densify(path: FloatArray, step: float) -> FloatArray:

@@ -1,35 +1,37 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inverse kinematics of torso and arm: damped least squares with the limits as an active set.
+"""Inverse kinematics of torso and arm.
 
-A joint at its limit whose step would leave it is taken out of the step (its column is removed) instead of being
-clamped afterwards; the damping follows Levenberg and Marquardt (Nakamura and Hanafusa 1986; Sugihara 2011).
+For a few torso heights and first joints all postures come in closed form at once (closed_form.py); those inside the
+limits are the solutions, the nearest to a seed and farthest from the limits first. Where none is, more are looked at,
+and the nearest misses are drawn inside the limits by descent (descent.py). Arms of other build are solved by descent
+from random starts alone.
 """
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
-from scipy.linalg.lapack import dposv
 
+from uncom_tiago_exec.closed_form import ClosedForm
 from uncom_tiago_exec.collision import CollisionChecker
+from uncom_tiago_exec.descent import Descent
 from uncom_tiago_exec.exceptions import InCollisionError, UnreachableError
 from uncom_tiago_exec.robot_model import ArmGroup
 from uncom_tiago_exec.types import FloatArray
 
-POSITION_TOLERANCE = 5e-4  # [m]
-ROTATION_TOLERANCE = 5e-3  # [rad]
+_LOG = logging.getLogger(__name__)
+_ROUNDS = (14, 96, 512)  # pairs of torso height and first joint looked at, one round after another
+_MARGIN = 0.06  # share of a joint's range next to a limit that is better avoided
 
 
 @dataclass(frozen=True, slots=True)
 class IkOptions:
-    """Effort: iterations of one descent, random restarts, and how far from start a solution should be kept apart."""
+    """Random restarts of the descent, and how far apart two solutions should be [rad, or m]."""
 
-    iterations: int = 50
     restarts: int = 20
-    stall: int = 5
     distinct: float = 0.3
 
 
@@ -37,69 +39,39 @@ class IkSolver:
     """Solves for the grasping frame of one group. The generator makes restarts repeatable."""
 
     def __init__(self, group: ArmGroup, seed: int = 0, options: IkOptions | None = None) -> None:
-        """Keep the group; nothing is computed yet."""
+        """Read the arm's geometry; nothing is solved yet."""
         self.group = group
         self.options = options or IkOptions()
         self._rng = np.random.default_rng(seed)
-        # the torso counts in metres: 0.1 m of it is as dear as 0.5 rad of a joint
-        self._weight = np.array([0.04] + [1.0] * 7)
+        self._descent = Descent(group)
+        self._closed: ClosedForm | None = None
+        try:
+            self._closed = ClosedForm(group.model, group.tool)
+        except ValueError as error:
+            _LOG.info("inverse kinematics by descent alone: %s", error)
+        # a sequence that fills the square evenly (Roberts 2018), from the middle of the ranges on
+        steps = np.arange(sum(_ROUNDS))[:, None] * [0.7548776662466927, 0.5698402909980532]
+        shares = (0.5 + steps) % 1.0
+        shares[_ROUNDS[0] : _ROUNDS[0] + 40, 0] = 1.0  # what stands on a table is best reached from above
+        self._samples = group.lower[:2] + shares * (group.upper - group.lower)[:2]
+        self._range = group.upper - group.lower
+        self._scale = 1.0 / group.velocity
 
     def descend(self, target: FloatArray, start: FloatArray, iterations: int | None = None) -> FloatArray | None:
         """Return the solution (8,) that one descent from `start` finds for a pose (4, 4), or None."""
-        group, model, data = self.group, self.group.model, self.group.data
-        goal = pin.SE3(target)
-        lower, upper = group.lower, group.upper
-        q = np.clip(start, lower, upper)
-        damping, best, stalled = 1e-4, np.inf, 0
-        error, jacobian = self._linearise(q, goal)
-        norm = float(error @ error)
-        for _ in range(iterations or self.options.iterations):
-            if np.abs(error[:3]).max() < POSITION_TOLERANCE / 2 and np.abs(error[3:]).max() < ROTATION_TOLERANCE / 2:
-                return q
-            step = self._step(q, error, jacobian, damping)
-            candidate = np.clip(q + step, lower, upper)
-            pin.framesForwardKinematics(model, data, candidate)
-            new_error = np.asarray(pin.log6(data.oMf[group.tool].actInv(goal)).vector)
-            new_norm = float(new_error @ new_error)
-            if new_norm < norm:
-                q, damping = candidate, max(damping * 0.2, 1e-7)
-                error, jacobian = self._linearise(q, goal)
-                norm = new_norm
-            else:
-                damping = min(damping * 8.0, 1.0)
-            stalled = 0 if norm < 0.9 * best else stalled + 1
-            best = min(best, norm)
-            if stalled > self.options.stall:
-                return None
-        return None
+        return self._descent.descend(target, start, iterations)
 
-    def _linearise(self, q: FloatArray, goal: pin.SE3) -> tuple[FloatArray, FloatArray]:
-        group = self.group
-        pin.computeJointJacobians(group.model, group.data, q)
-        pin.updateFramePlacement(group.model, group.data, group.tool)
-        error = np.asarray(pin.log6(group.data.oMf[group.tool].actInv(goal)).vector)
-        jacobian = np.asarray(pin.getFrameJacobian(group.model, group.data, group.tool, pin.ReferenceFrame.LOCAL))
-        return error, jacobian
-
-    def _step(self, q: FloatArray, error: FloatArray, jacobian: FloatArray, damping: float) -> FloatArray:
-        """Return the damped step; joints that would leave their limits are taken out, at most three times."""
-        weight = self._weight
-        low, high = q <= self.group.lower + 1e-9, q >= self.group.upper - 1e-9
-        step = np.zeros(len(q))
-        for _ in range(4):
-            weighted = jacobian * weight
-            gram = weighted @ jacobian.T
-            gram.flat[::7] += damping
-            _, solution, failed = dposv(gram, error)
-            if failed:
-                return np.zeros(len(q))
-            step = weighted.T @ solution
-            blocked = (low & (step < 0.0)) | (high & (step > 0.0))
-            if not blocked.any():
-                break
-            weight = np.where(blocked, 0.0, weight)
-        largest = float(np.abs(step).max())
-        return step * min(1.0, 0.8 / largest) if largest > 0.8 else step
+    def along(self, poses: FloatArray, start: FloatArray) -> FloatArray | None:
+        """Follow poses (N, 4, 4) from a configuration with torso and first joint at rest; (N, 8), None if it cannot."""
+        if self._closed is None:
+            return None
+        count = len(poses)
+        q = self._closed.postures(poses, np.full(count, start[0]), np.full(count, start[1]))
+        self._unwind(q)
+        branch = int(np.nan_to_num(np.abs(q[:, 0] - start).max(axis=-1), nan=np.inf).argmin())
+        path = q[branch]
+        inside = (path >= self.group.lower - 1e-9) & (path <= self.group.upper + 1e-9)
+        return path if bool(inside.all()) else None
 
     def solutions(
         self,
@@ -109,39 +81,87 @@ class IkSolver:
         count: int = 1,
         restarts: int | None = None,
     ) -> list[FloatArray]:
-        """Return up to `count` collision-free solutions, from the seeds first and then from random restarts.
+        """Return up to `count` collision-free solutions: those near the first seed and off the limits first.
+
+        With restarts 0 the search is a quick one: what only few postures reach may be missed.
 
         Raises:
-            UnreachableError: no descent reached the pose.
+            UnreachableError: no posture reaches the pose.
             InCollisionError: poses were reached, each in collision.
         """
         if not self.group.within_reach(target):
             raise UnreachableError(self._far(target))
         found: list[FloatArray] = []
-        blocked: list[FloatArray] = []
-        for start in self._starts(tuple(seeds), self.options.restarts if restarts is None else restarts):
-            q = self.descend(target, start)
-            if q is None or any(np.abs(q - other).max() < self.options.distinct for other in found):
+        blocked: FloatArray | None = None
+        for q in self._candidates(target, tuple(seeds), self.options.restarts if restarts is None else restarts):
+            if any(np.abs(q - other).max() < self.options.distinct for other in found):
                 continue
             if checker is not None and not checker.is_free(q):
-                blocked.append(q)
+                blocked = q if blocked is None else blocked
                 continue
             found.append(q)
             if len(found) >= count:
                 break
         if found:
             return found
-        if blocked and checker is not None:
-            pairs = checker.touching(blocked[0])
+        if blocked is not None and checker is not None:
+            pairs = checker.touching(blocked)
             text = ", ".join(f"{a} and {b}" for a, b in pairs[:2])
             raise InCollisionError(f"the pose can only be reached through an obstacle ({text})", pairs)
         raise UnreachableError(self._far(target))
 
+    def _candidates(self, target: FloatArray, seeds: Sequence[FloatArray], restarts: int) -> Iterable[FloatArray]:
+        """Yield solutions, the best of each round first."""
+        if self._closed is not None:
+            misses: list[FloatArray] = []
+            begin = 0
+            for size in _ROUNDS if restarts > 0 else _ROUNDS[:2]:
+                pairs = self._samples[begin : begin + size]
+                if begin == 0 and seeds:
+                    pairs = np.vstack([[seed[:2] for seed in seeds], pairs])
+                begin += size
+                q = self._closed.postures(target, pairs[:, 0], pairs[:, 1]).reshape(-1, 8)
+                inside, missed = self._sort(q, seeds)
+                yield from inside
+                misses = missed
+            if restarts == 0:
+                return
+            for start in misses:
+                q_near = self.descend(target, start)
+                if q_near is not None:
+                    yield q_near
+        for start in (*seeds, *self._rng.uniform(self.group.lower, self.group.upper, (restarts, 8))):
+            q_found = self.descend(target, np.asarray(start))
+            if q_found is not None:
+                yield q_found
+
+    def _sort(self, q: FloatArray, seeds: Sequence[FloatArray]) -> tuple[list[FloatArray], list[FloatArray]]:
+        """Return the configurations (M, 8) inside the limits, best first, and the nearest misses, clamped."""
+        lower, upper = self.group.lower, self.group.upper
+        self._unwind(q)
+        excess = np.maximum(lower - q, q - upper).max(axis=1)
+        good = q[excess <= 0.0]
+        best: list[FloatArray] = []
+        if len(good):
+            edge = np.minimum(good - lower, upper - good) / self._range
+            cost = np.maximum(0.0, 1.0 - edge / _MARGIN).max(axis=1)
+            if seeds:
+                cost = cost + (np.abs(good - seeds[0]) * self._scale).max(axis=1)
+            best = list(good[np.argsort(cost)])
+            excess[excess <= 0.0] = np.inf
+        if len(q) <= 8 * (_ROUNDS[0] + len(seeds)):
+            return best, []
+        # the nearest miss of each posture
+        missed = np.nan_to_num(excess, nan=np.inf).reshape(8, -1)
+        nearest = np.argmin(missed, axis=1) + np.arange(8) * missed.shape[1]
+        order = nearest[np.argsort(excess[nearest])]
+        return best, [np.clip(q[i], lower, upper) for i in order if np.isfinite(excess[i])]
+
+    def _unwind(self, q: FloatArray) -> None:
+        """Add whole turns, in place, where that brings an angle into its range."""
+        turns = q[..., 2:]
+        turns[turns < self.group.lower[2:]] += 2.0 * np.pi
+
     def _far(self, target: FloatArray) -> str:
         position = ", ".join(f"{v:.2f}" for v in target[:3, 3])
         return f"the {self.group.side} arm does not reach ({position})"
-
-    def _starts(self, seeds: Sequence[FloatArray], restarts: int) -> Iterable[FloatArray]:
-        yield from seeds
-        for _ in range(restarts):
-            yield self._rng.uniform(self.group.lower, self.group.upper)

@@ -125,7 +125,7 @@ class PickPlacePlanner:
         reaching = arm.reaching(grasp.opening)
         seeds = [arm.start] if arm.hint is None else [arm.hint, arm.start]
         try:
-            q = arm.solver.solutions(grasp.pose, seeds, reaching, restarts=3)[0]
+            q = arm.solver.solutions(grasp.pose, seeds, reaching, restarts=0)[0]
         except UnreachableError as error:
             raise UnreachableError("object") from error
         arm.hint = q
@@ -142,7 +142,7 @@ class PickPlacePlanner:
         error: ExecutionError = UnreachableError("place")
         for place in place_options(goal, arm.scene.moved, grasp, arm.group.gripper):
             try:
-                q = arm.solver.solutions(place.hand, [taken.lift[-1], arm.start], carrying, restarts=1)[0]
+                q = arm.solver.solutions(place.hand, [taken.lift[-1], arm.start], carrying, restarts=0)[0]
                 lower = arm.lift_height(carrying, q, _LOWERS)[::-1]
                 leaving = arm.leaving(gap, place.motion, frozenset({arm.scene.moved.name}))
                 retreat = arm.straight(leaving, q, -max(grasp.retreat, 0.08) * grasp_direction(place))

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 import os
 import re
@@ -94,6 +95,8 @@ class RobotModel:
         if missing:
             raise RobotModelError(f"/robot_description lacks joints of a TIAGo++ with grippers: {', '.join(missing)}")
         self._reach: dict[Side, float] = {}
+        self._pairs: dict[Side, tuple[tuple[int, int], ...]] = {}
+        self._grippers: dict[Side, GripperShape] = {}
         for name in [g.name for g in self.geometry.geometryObjects if _ignored(g)]:
             self.geometry.removeGeometryObject(name)
         for geometry in self.geometry.geometryObjects:
@@ -115,8 +118,13 @@ class RobotModel:
         wanted = group_joints(side)
         locked = [i for i in range(1, self.model.njoints) if self.model.names[i] not in wanted]
         model, geometry = pin.buildReducedModel(self.model, self.geometry, locked, self.configuration(positions))
-        group = ArmGroup(side, model, geometry, self.gripper(side), reach=self._reach.get(side))
+        if side not in self._grippers:
+            self._grippers[side] = self.gripper(side)
+        group = ArmGroup(side, model, geometry, self._grippers[side], reach=self._reach.get(side))
         self._reach[side] = group.reach
+        if side not in self._pairs:
+            self._pairs[side] = _pairs_to_check(model, geometry)
+        group.body_pairs = self._pairs[side]
         return group
 
     def gripper(self, side: Side) -> GripperShape:
@@ -173,6 +181,18 @@ def _hull(mesh: Any) -> Any:
     return hull
 
 
+def _pairs_to_check(model: Any, geometry: Any) -> tuple[tuple[int, int], ...]:
+    """Return the pairs of collision shapes that may touch: neighbours and pairs that never (or always) do left out."""
+    skipped = disabled_pairs() | adjacent_pairs(model, geometry)
+    objects = list(geometry.geometryObjects)
+    links = [link_of_geometry(g.name) for g in objects]
+    return tuple(
+        (i, j)
+        for i, j in itertools.combinations(range(len(objects)), 2)
+        if objects[i].parentJoint != objects[j].parentJoint and frozenset((links[i], links[j])) not in skipped
+    )
+
+
 def _ignored(geometry: Any) -> bool:
     return _IGNORED_LINKS.search(geometry.name) is not None
 
@@ -216,7 +236,8 @@ class ArmGroup:
         self._shoulder = np.array(self.data.oMi[model.getJointId(f"arm_{side}_1_joint")].translation)
         wrist = self.data.oMi[model.getJointId(f"arm_{side}_7_joint")]
         self._tool_to_wrist = np.array((self.data.oMf[self.tool].inverse() * wrist).homogeneous)
-        self._skipped: frozenset[frozenset[str]] | None = None
+        self.links = tuple(link_of_geometry(g.name) for g in geometry.geometryObjects)
+        self.body_pairs: tuple[tuple[int, int], ...] = ()
         self.reach = self._measure_reach() if reach is None else reach
 
     def _measure_reach(self) -> float:
@@ -238,12 +259,6 @@ class ArmGroup:
         high[2] += self.upper[0]
         nearest = np.clip(wrist, low, high)
         return bool(np.linalg.norm(wrist - nearest) <= self.reach)
-
-    def skipped_pairs(self) -> frozenset[frozenset[str]]:
-        """Return the pairs of links that need no check: neighbours, and those that never (or always) touch."""
-        if self._skipped is None:
-            self._skipped = disabled_pairs() | adjacent_pairs(self.model, self.geometry)
-        return self._skipped
 
     def clamp(self, q: FloatArray) -> FloatArray:
         """Return the nearest configuration inside the limits."""

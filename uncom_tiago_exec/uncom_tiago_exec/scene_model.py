@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from uncom_perception.types import Detection
@@ -26,6 +26,7 @@ class SceneModel:
     others: tuple[ObjectShape, ...]
     table: Obstacle
     table_z: float
+    _solids: dict[str, tuple[Obstacle, ...]] = field(default_factory=dict, repr=False, compare=False)  # made once
 
     @property
     def neighbours(self) -> FloatArray:
@@ -35,8 +36,18 @@ class SceneModel:
 
     def obstacles(self, *, with_moved: bool) -> tuple[Obstacle, ...]:
         """Return all solids, with or without the thing to move."""
-        shapes = [*self.others, *((self.target,) if self.target else ()), *((self.moved,) if with_moved else ())]
-        return (self.table, *(solid for shape in shapes for solid in solids_of(shape)))
+        if not self._solids:
+            shapes = [*self.others, *((self.target,) if self.target else ())]
+            self._solids["still"] = tuple(solid for shape in shapes for solid in solids_of(shape))
+            self._solids["moved"] = solids_of(self.moved)
+            self._solids["held"] = solids_of(self.moved, pad=0.001)
+        return (self.table, *self._solids["still"], *(self._solids["moved"] if with_moved else ()))
+
+    @property
+    def moved_solids(self) -> tuple[Obstacle, ...]:
+        """Return the solids of the thing to move, nearly without padding, where it stands."""
+        self.obstacles(with_moved=False)
+        return self._solids["held"]
 
 
 def build_scene(task: ManipulationTask) -> SceneModel:

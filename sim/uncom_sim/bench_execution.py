@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`uncom bench execution`: single commands carried out by physics, faster than real time, judged by the truth.
+
+Each command is grounded by the real detector on a rendered picture; speech and gestures are left out.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import time
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+from uncom_perception.types import Detection
+from uncom_perception.types import Scene as Seen
+from uncom_tiago_exec.config import ExecutionConfig
+from uncom_tiago_exec.engine import Engine
+from uncom_tiago_exec.obstacles import upright
+from uncom_tiago_exec.robot_model import RobotModel
+from uncom_tiago_exec.types import ManipulationTask, Outcome, Status
+
+from uncom_sim.bench_execution_cases import Case, make_case
+from uncom_sim.bench_robot import SteppedRobot
+from uncom_sim.robot.description import tiago_urdf
+from uncom_sim.scoring import PhysicalResult, judge
+from uncom_sim.simulator import Simulator
+
+RUNS = 60
+MOVED_M = 0.02
+_SETTLE_STEPS = 240
+_SEEN_M = 0.06
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """What came of one command."""
+
+    case: Case
+    outcome: Outcome
+    physical: PhysicalResult
+    told: tuple[Status, ...]
+    forces: dict[str, float] = field(default_factory=dict)
+    table_touches: int = 0
+    bystander_touches: int = 0
+    home_error: float = 0.0
+    simulated_s: float = 0.0
+    processor_s: float = 0.0
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether robot and physics both say so, and the robot never touched the table."""
+        return self.outcome.success and self.physical.success and self.table_touches == 0
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the run as the benchmark's JSON has it."""
+        plans = [s.data for s in self.told if "planning_s" in s.data]
+        return {
+            "case": self.case.number,
+            "kind": self.case.kind,
+            "relation": self.case.relation,
+            "target": "" if self.case.meaning.target is None else self.case.scene.object(self.case.meaning.target).kind,
+            "clutter": len(self.case.scene.objects),
+            "arm": next((s.arm for s in reversed(self.told) if s.arm), ""),
+            "success": self.succeeded,
+            "stage": self.outcome.stage.name,
+            "said": self.outcome.reason,
+            "physics": self.physical.reason,
+            "attempts": len(plans),
+            "planning_s": [p["planning_s"] for p in plans],
+            "motion_s": [p["motion_s"] for p in plans],
+            "grasp": [p.get("grasp", {}).get("family", "") for p in plans],  # type: ignore[attr-defined]
+            "others_moved_m": round(self.physical.others_moved_m, 4),
+            "table_touches": self.table_touches,
+            "bystander_touches": self.bystander_touches,
+            "forces_n": self.forces,
+            "home_error": round(self.home_error, 4),
+            "simulated_s": round(self.simulated_s, 1),
+            "processor_s": round(self.processor_s, 2),
+        }
+
+
+def run_case(case: Case, seed: int = 0, shots: Path | None = None, robot: RobotModel | None = None) -> Run:
+    """Carry out one command; shots is where pictures from outside go, one after each motion."""
+    began = time.process_time()
+    simulator = Simulator(case.scene, seed * 1000 + case.number)
+    try:
+        count = iter(range(1000))
+
+        def watch() -> None:
+            if shots is not None:
+                Image.fromarray(simulator.render_overview()).save(f"{shots}_{next(count):02d}.png")
+
+        machine = SteppedRobot(simulator, watch if shots is not None else None)
+        start, before, first_s = machine.positions(), simulator.object_states(), simulator.time_s
+        told: list[Status] = []
+        task = _task(case, machine.look(), {s.id: s.position[:2] for s in before})
+        engine = Engine(
+            robot or RobotModel(tiago_urdf()), machine, ExecutionConfig(seed=seed + 1, planning_time_s=2.0), told.append
+        )
+        outcome = engine.execute(task)
+        machine.rest(_SETTLE_STEPS)
+        physical = judge(before, simulator.object_states(), case.meaning, case.scene.table)
+        end = machine.positions()
+        away = max(abs(end[n] - start[n]) for n in start if "wheel" not in n and "finger" not in n)
+        contacts = simulator.contacts
+        return Run(
+            case, outcome, physical, tuple(told), contacts.forces, contacts.table, contacts.bystanders, away,
+            simulator.time_s - first_s, time.process_time() - began,
+        )  # fmt: skip
+    finally:
+        simulator.close()
+
+
+def _task(case: Case, seen: Seen, places: dict[str, Any]) -> ManipulationTask:
+    """Ground a command: which of the things seen are meant."""
+    thing = _nearest(seen, places[case.meaning.object])
+    target = None if case.meaning.target is None else case.meaning.target
+    on_target = case.primitive in ("put_in", "put_on", "stack") and target is not None
+    goal = _nearest(seen, places[target]) if on_target and target is not None else None
+    height = seen.table.height_m if seen.table is not None else case.scene.table.height
+    pose = None if case.place is None else upright(np.array([*case.place, height]), 0.0)
+    said = case.scene.object(target).kind if target is not None else ""
+    return ManipulationTask(
+        f"case{case.number}", 0, case.primitive, "none", thing, seen.detections, seen.table, goal, pose, case.kind, said
+    )
+
+
+def _nearest(seen: Seen, xy: Any) -> Detection:
+    return min(
+        (d for d in seen.detections if d.geometry is not None),
+        key=lambda d: float(np.linalg.norm(np.median(d.geometry.cloud[:, :2], axis=0) - xy)),  # type: ignore[union-attr]
+    )
+
+
+_MODEL: list[RobotModel] = []
+
+
+def _run_number(number: int, seed: int, shots: str | None) -> dict[str, Any]:
+    """Run one case in a worker process."""
+    if not _MODEL:
+        _MODEL.append(RobotModel(tiago_urdf()))
+    where = None if shots is None else Path(shots) / f"case{number:02d}"
+    return run_case(make_case(number, seed), seed, where, _MODEL[0]).as_dict()
+
+
+def run_benchmark(
+    numbers: Iterable[int],
+    seed: int = 0,
+    jobs: int = 1,
+    say: Callable[[str], None] = lambda _: None,
+    shots: Path | None = None,
+) -> dict[str, Any]:
+    """Run cases in `jobs` processes and return the benchmark's JSON object; say is told of each run."""
+    began = time.monotonic()
+    where = None if shots is None else str(shots)
+    details: list[dict[str, Any]] = []
+    pool = ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn"))
+    with pool:
+        futures = [pool.submit(_run_number, number, seed, where) for number in numbers]
+        for future in as_completed(futures):
+            details.append(future.result())
+            say(in_words(details[-1]))
+    details.sort(key=lambda d: int(d["case"]))
+    return {**summary(details), "seed": seed, "wall_s": round(time.monotonic() - began, 1), "runs_detail": details}
+
+
+def summary(details: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the totals over runs."""
+    moved = [d for d in details if d["others_moved_m"] > MOVED_M]
+    return {
+        "runs": len(details),
+        "succeeded": sum(d["success"] for d in details),
+        "table_contacts": sum(d["table_touches"] for d in details),
+        "bystander_moved_share": round(len(moved) / max(len(details), 1), 4),
+        "by_kind": _shares(details, "kind"),
+        "by_relation": _shares(details, "relation"),
+        "by_arm": _shares(details, "arm"),
+        "planning_median_s": float(np.median([d["planning_s"][0] for d in details if d["planning_s"]] or [0.0])),
+    }
+
+
+def _shares(details: list[dict[str, Any]], key: str) -> dict[str, str]:
+    """Return "succeeded/runs" for each value of a key."""
+    values = sorted({d[key] for d in details})
+    return {
+        v: f"{sum(d['success'] for d in details if d[key] == v)}/{sum(d[key] == v for d in details)}" for v in values
+    }
+
+
+def in_words(detail: dict[str, Any]) -> str:
+    """Return one line about a run."""
+    mark = "ok " if detail["success"] else "BAD"
+    target = f" {detail['target']}" if detail["target"] else ""
+    text = f"{mark} case {detail['case']:2d}: {detail['relation']} {detail['kind']}{target} ({detail['arm']}, "
+    text += f"{detail['clutter']} things, {detail['attempts']} tries): {detail['said']}"
+    return text if detail["success"] else f"{text}; {detail['physics']}; table touched {detail['table_touches']} times"

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated robot without ROS: the engine steps physics as far as each of its calls needs, faster than real time.
+
+Below are the same controllers as behind ROS, and its eyes are the same camera and detector.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from uncom_common.transforms import invert
+from uncom_perception.objects.tabletop import TabletopDetector
+from uncom_perception.types import Scene
+from uncom_tiago_exec.exceptions import MotionError, StoppedError
+from uncom_tiago_exec.robot_interface import RobotInterface
+from uncom_tiago_exec.robot_model import finger_joints
+from uncom_tiago_exec.types import Side, Trajectory
+
+from uncom_sim.camera.views import HEAD_CAMERA
+from uncom_sim.controllers.joint_trajectory import Outcome
+from uncom_sim.controllers.trajectory import Trajectory as Goal
+from uncom_sim.controllers.trajectory import Waypoint
+from uncom_sim.robot.description import CAMERA_FRAME
+from uncom_sim.simulator import Simulator
+
+_FINGER_SPEED = 0.04  # [m/s] of one finger
+_REST_STEPS = 24  # before a picture is taken
+
+
+class SteppedRobot(RobotInterface):
+    """Steps a simulator in the thread of its caller."""
+
+    def __init__(self, simulator: Simulator, watch: Callable[[], None] | None = None) -> None:
+        """Keep the simulator; watch is called after each motion (to take a picture, say)."""
+        self.simulator = simulator
+        self.stop_at_s: float | None = None
+        self._detector = TabletopDetector()
+        self._watch = watch
+
+    def positions(self) -> dict[str, float]:
+        """Return joint positions; see RobotInterface."""
+        state = self.simulator.joint_state()
+        return dict(zip(state.names, state.positions.tolist(), strict=True))
+
+    def follow(self, trajectory: Trajectory) -> None:
+        """Carry out a trajectory; see RobotInterface."""
+        goals = {}
+        for name, controller in self.simulator.controllers.items():
+            joints = controller.config.joints
+            if set(joints) <= set(trajectory.joint_names):
+                columns = [trajectory.joint_names.index(j) for j in joints]
+                points = zip(trajectory.times, trajectory.positions, trajectory.velocities, strict=True)
+                goals[name] = Goal(
+                    tuple(joints), tuple(Waypoint(float(t), q[columns], v[columns]) for t, q, v in points)
+                )
+        for name, end in self._run(goals).items():
+            if end.code != 0:
+                raise MotionError(f"{name} gave up: {end.text}")
+
+    def grip(self, side: Side, gap: float) -> float:
+        """Bring the fingers to a gap; see RobotInterface."""
+        joints = finger_joints(side)
+        here = self.positions()
+        start = np.array([here[j] for j in joints])
+        end = np.clip(np.full(2, gap / 2.0), 0.0, 0.044)
+        duration = max(0.3, float(np.abs(end - start).max()) / _FINGER_SPEED)
+        self._run({f"gripper_{side}_controller": Goal(joints, (Waypoint(duration, end, np.zeros(2)),))})
+        here = self.positions()
+        return sum(here[j] for j in joints)
+
+    def look(self) -> Scene:
+        """Take a picture now; see RobotInterface."""
+        self.rest(_REST_STEPS)
+        rgb, depth = self.simulator.render_camera()
+        base = self.simulator.robot.frame("base_footprint")
+        camera = invert(base) @ self.simulator.robot.frame(CAMERA_FRAME)
+        return self._detector.detect(rgb, depth, HEAD_CAMERA, camera, ["objects"])
+
+    def rest(self, steps: int) -> None:
+        """Let time pass."""
+        for _ in range(steps):
+            self.simulator.step()
+
+    def _run(self, goals: dict[str, Goal]) -> dict[str, Outcome]:
+        """Follow goals to their ends, or to the moment of a stop."""
+        simulator = self.simulator
+        ends: dict[str, Outcome] = {}
+        for name, goal in goals.items():
+            simulator.controllers[name].start(
+                goal, simulator.time_s, done=lambda end, key=name: ends.__setitem__(key, end)
+            )
+        while len(ends) < len(goals):
+            if self.stop_at_s is not None and simulator.time_s >= self.stop_at_s:
+                for name in goals:
+                    controller = simulator.controllers[name]
+                    controller.cancel(simulator.joint_positions(controller.config.joints))
+                raise StoppedError("stopped on request")
+            simulator.step()
+        if self._watch is not None:
+            self._watch()
+        return ends
