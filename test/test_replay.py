@@ -118,7 +118,7 @@ def test_a_bag_arrives_whole_in_order_and_at_its_pace(bag_path, ear, context):
         play(bag, player, 1.0, player.published_topics)
         ear.wait(lambda: min(len(ear.heard[RGB.name]), len(ear.heard[DEPTH.name])) == COUNT)
     depths = [float(np.nanmean(depth_from_msg(msg))) for _, msg in ear.heard[DEPTH.name]]
-    assert depths == pytest.approx([1.0 + 0.01 * n for n in range(COUNT)], abs=0.001)
+    assert depths == pytest.approx([1.0 + 0.01 * n for n in range(COUNT)], abs=0.002)
     assert rgb_from_msg(ear.heard[RGB.name][0][1]).shape == (480, 640, 3)
     assert [msg.data for _, msg in ear.heard["/robot_description"]] == ["<robot/>"]
     assert not ear.heard["/uncom/say"], "what our own nodes said is the live graph's to say"

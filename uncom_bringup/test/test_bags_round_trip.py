@@ -3,16 +3,19 @@
 
 from __future__ import annotations
 
+import struct
+
+import cv2
 import numpy as np
 import pytest
 import rclpy.serialization as ros
 from std_msgs.msg import Header, String
 from uncom_bringup.bag_reader import BagReader
 from uncom_bringup.bag_writer import BagWriter
-from uncom_bringup.conversions import compressed_from_image, message_class
+from uncom_bringup.conversions import compressed_from_image, compressed_to_image, message_class
 from uncom_bringup.exceptions import BadInputError, BagError, OutputExistsError, UnknownTypeError
 from uncom_bringup.topics import RECORDED, Form
-from uncom_common.conversions import depth_to_msg
+from uncom_common.conversions import depth_from_msg, depth_to_msg
 
 from uncom_bringup import image_codec
 
@@ -123,14 +126,50 @@ def test_what_is_no_bag_is_told_so(tmp_path, name):
         BagReader(tmp_path / name)
 
 
-def test_depth_keeps_millimetres_and_holes(tmp_path):
-    rng = np.random.default_rng(3)
-    depth = rng.uniform(0.3, 8.0, (48, 64)).astype(np.float32)
-    depth[rng.random((48, 64)) < 0.1] = np.nan
-    compressed = compressed_from_image(depth_to_msg(depth, Header()), Form.DEPTH)
-    back = image_codec.decode_depth(bytes(compressed.data))
-    assert np.array_equal(np.isnan(back), np.isnan(depth))
-    assert np.nanmax(np.abs(back - depth)) <= 0.00051
+def noisy_table(seed):
+    """A slanted top with a box on it before a far wall: truth and measurement [m] as a depth camera gives them."""
+    rng = np.random.default_rng(seed)
+    truth = np.linspace(2.4, 0.7, 240)[:, None] * np.ones((1, 320))
+    truth[:60] = 3.5
+    truth[120:180, 100:200] = 0.9
+    measured = truth + rng.normal(0.0, 0.0015, truth.shape) * truth**2
+    measured[rng.random(truth.shape) < 0.02] = np.nan
+    return truth, measured.astype(np.float32)
+
+
+def test_stored_depth_is_as_near_to_the_truth_as_measured_depth_and_keeps_its_holes():
+    for seed in range(3):
+        truth, measured = noisy_table(seed)
+        compressed = compressed_from_image(depth_to_msg(measured, Header()), Form.DEPTH)
+        back = depth_from_msg(compressed_to_image(compressed))
+        known = np.isfinite(measured)
+        assert np.array_equal(np.isfinite(back), known)
+        assert np.abs(back - truth)[known].mean() <= np.abs(measured - truth)[known].mean()
+        assert np.abs(back - measured)[known].max() < 0.05 * truth.max()
+        assert len(compressed.data) < 0.15 * 2 * measured.size
+
+
+def test_depth_is_stored_as_the_image_transport_of_ros_reads_it():
+    """compressed_depth_image_transport decodes floats as a / (value - b), a and b being in the header."""
+    depth = np.array([[0.5, 1.0, 2.0, 4.0, np.nan, np.inf, 0.0]], np.float32)
+    msg = compressed_from_image(depth_to_msg(np.repeat(depth, 8, 0), Header()), Form.DEPTH)
+    assert msg.format == "32FC1; compressedDepth png"
+    data = bytes(msg.data)
+    code, a, b = struct.unpack_from("<iff", data)
+    values = cv2.imdecode(np.frombuffer(data[12:], np.uint8), cv2.IMREAD_UNCHANGED)
+    assert code == 0
+    assert values.dtype == np.uint16
+    assert a / (values[0, :4] - b) == pytest.approx(depth[0, :4], rel=0.02)
+    assert not values[:, 4:].any()
+
+
+def test_millimetres_of_other_recorders_are_read_too():
+    image = np.array([[0, 1, 1234, 65535]], np.uint16)
+    png = cv2.imencode(".png", image)[1].tobytes()
+    for data in (png, struct.pack("<iff", 0, 0.0, 0.0) + png):
+        depth = image_codec.decode_depth(data, "16UC1; compressedDepth png")
+        assert np.isnan(depth[0, 0])
+        assert depth[0, 1:] == pytest.approx([0.001, 1.234, 65.535])
 
 
 def test_a_damaged_picture_is_an_error_in_words():

@@ -18,7 +18,7 @@ from uncom_bringup.exceptions import UnknownTypeError
 from uncom_bringup.topics import Form
 
 _RGB_FORMAT = "rgb8; jpeg compressed bgr8"
-_DEPTH_FORMAT = "16UC1; compressedDepth png"
+_DEPTH_FORMAT = "32FC1; compressedDepth png"
 # Clouds and masks are large and say nothing to a reader.
 HEAVY = frozenset({"cloud", "mask", "data"})
 
@@ -50,7 +50,7 @@ def compressed_to_image(msg: CompressedImage) -> Image:
     """Undo `compressed_from_image` (depth comes back as 32FC1)."""
     data = bytes(msg.data)
     if "compressedDepth" in msg.format:
-        return depth_to_msg(image_codec.decode_depth(data), msg.header)
+        return depth_to_msg(image_codec.decode_depth(data, msg.format), msg.header)
     return rgb_to_msg(image_codec.decode_colour(data), msg.header)
 
 
