@@ -355,7 +355,7 @@ def test_a_command_without_any_times_or_parts_stalls_nothing(context):
 
 
 def test_the_table_is_looked_at_while_the_person_still_speaks(context):
-    with Graph(context) as world:
+    with Graph(context, look_ahead=True) as world:
         world.look(seconds=1.5, hand_from=9.0)
         world.speech.publish(SpeechStatus(state=SpeechStatus.SPEECH))
         end = time.monotonic() + 10.0

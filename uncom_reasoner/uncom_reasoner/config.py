@@ -70,7 +70,7 @@ class ReasonerConfig:
     )
     hand_free_after_s: float = field(default=0.8, metadata={"description": "no hand this long after a scene frame [s]"})
     look_ahead: bool = field(
-        default=True, metadata={"description": "detect things while the person still speaks, to answer sooner"}
+        default=False, metadata={"description": "detect things while the person still speaks, to answer sooner"}
     )
     question_timeout_s: float = field(default=15.0, metadata={"description": "how long a question stays open [s]"})
     approval_timeout_s: float = field(

@@ -44,6 +44,7 @@ class Job:
     with_hand: bool = False
     phrases: tuple[str, ...] = ()
     scene: Scene | None = None
+    until_s: float = float("inf")  # hands after this time are not used
     timings_s: dict[str, float] = field(default_factory=dict)
 
 
@@ -99,6 +100,33 @@ def gestures_complete(
         if phrase_ray(name, span, dwells, weights, others).weight < SETTLED_WEIGHT:
             return False
     return True
+
+
+def hands_until(
+    command: Command,
+    stamps_s: Sequence[float],
+    rays: Sequence[RayObservation],
+    late_s: float,
+    weights: Weights,
+) -> float | None:
+    """Return the time [s] of the first image whose hands complete what a command needs; None while there is none.
+
+    What comes later is not used, so that the decision does not depend on how fast anything ran.
+
+    Args:
+        command: with the times of its words.
+        stamps_s: of the images in which hands were looked for, in order.
+        rays: of the hands in them.
+        late_s: how long to wait for a late gesture.
+        weights: of the gestures.
+    """
+    end = words_span(command).end_s
+    for stamp in stamps_s:
+        if stamp >= end - BEHIND_S:
+            seen = [ray for ray in rays if ray.stamp_s <= stamp]
+            if gestures_complete(command, seen, stamp, late_s, weights):
+                return stamp
+    return None
 
 
 def out_of_time(job: Job, now_s: float, wall_s: float, late_s: float, limit_s: float) -> bool:

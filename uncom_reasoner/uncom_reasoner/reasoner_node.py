@@ -11,13 +11,10 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
-import numpy as np
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Empty
@@ -35,14 +32,16 @@ from uncom_reasoner.config import ReasonerConfig
 from uncom_reasoner.conversation import Again, Conversation, Turn
 from uncom_reasoner.decisions import failed
 from uncom_reasoner.dialogue.types import Answer, End, Ending
-from uncom_reasoner.job import Job, Stage, gestures_complete, object_end, out_of_time, target_end, words_span
+from uncom_reasoner.gathering import evidence_of
+from uncom_reasoner.job import Job, Stage, out_of_time
 from uncom_reasoner.looking_node import Looking
 from uncom_reasoner.phrases import CONTAINER, OBJECTS, goes_back, phrases_of
 from uncom_reasoner.senses import Senses
 from uncom_reasoner.telling_node import Telling
-from uncom_reasoner.types import Decision, Evidence, Status, View
+from uncom_reasoner.types import Decision, Status
 from uncom_reasoner.weights import load_weights
 from uncom_reasoner.wording import proposal, refusal
+from uncom_reasoner.worker import Worker
 
 TICK_S = 0.02
 
@@ -59,12 +58,11 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
         self._senses = Senses(config)
         self._jobs: deque[Job] = deque()
         self._lock = threading.Lock()
-        self._at_work = 0  # things handed to the worker and not done
         self._polled = True  # whether the worker has done the last round of time-outs
-        self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="deciding")
+        self._worker = Worker(self.get_logger().error)
         senses = ReentrantCallbackGroup()
         self._looking = Looking(self, config, self._senses, senses)
-        self._asking = Asking(self, config, senses, self._run, self._take_answer)
+        self._asking = Asking(self, config, senses, self._worker.run, self._take_answer)
         self._telling = Telling(self, config, self._weights, self._senses)
         self._stop = self.create_publisher(Empty, "/uncom/stop", 10)
         self.create_subscription(CommandMsg, "/uncom/command", self._on_command, 10)
@@ -78,7 +76,7 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
 
     def destroy_node(self) -> None:
         """Let the decision in progress end, then go."""
-        self._worker.shutdown(wait=True, cancel_futures=True)
+        self._worker.close()
         super().destroy_node()
 
     # --- what comes in ------------------------------------------------------------------------------
@@ -93,7 +91,7 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
             self._stop.publish(Empty())  # at once, whatever is being thought about
             with self._lock:
                 self._jobs.clear()
-        self._run(self._hear, command)
+        self._worker.run(self._hear, command)
 
     def _on_speech(self, msg: SpeechStatus) -> None:
         """Look at the table when somebody begins to speak: things do not move while a person speaks."""
@@ -113,7 +111,7 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
         self._tick()
         with self._lock:
             job = self._jobs[0] if self._jobs else None
-            busy = self._at_work > 0 or (job is not None and job.stage in (Stage.DETECTING, Stage.DECIDING))
+            busy = self._worker.busy or (job is not None and job.stage in (Stage.DETECTING, Stage.DECIDING))
         response.success = not busy
         response.message = repr(self._senses.hands.latest_s())
         return response
@@ -123,24 +121,6 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
 
     def _now_s(self) -> float:
         return float(self.get_clock().now().nanoseconds) * 1e-9
-
-    def _run(self, work: Callable[..., None], *args: Any) -> None:
-        """Do something on the worker thread; a fault of one thing must not keep the next from working."""
-
-        def safely() -> None:
-            try:
-                work(*args)
-            except Exception as error:  # noqa: BLE001 (see above)
-                self.get_logger().error(f"{getattr(work, '__name__', work)} failed: {error!r}")
-            with self._lock:
-                self._at_work -= 1
-
-        with self._lock:
-            self._at_work += 1
-        try:
-            self._worker.submit(safely)
-        except RuntimeError:  # the node is being destroyed
-            return
 
     # --- what was said, on the worker ----------------------------------------------------------------
 
@@ -213,7 +193,7 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
     def _tick(self) -> None:
         if self._polled and (self._talk.dialogue.question is not None or self._asking.waiting):
             self._polled = False
-            self._run(self._poll)
+            self._worker.run(self._poll)
         with self._lock:
             job = self._jobs[0] if self._jobs else None
         if job is None or (self._talk.dialogue.question is not None and job.asked == 0):
@@ -222,20 +202,21 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
         late, limit = self.config.late_pointing_s, self.config.wait_timeout_s
         over = out_of_time(job, self._now_s(), wall, late, limit)
         if job.stage is Stage.LOOKING:
-            if over or self._senses.latest_s() >= words_span(job.command).end_s - self.config.behind_s:
-                self._look(job, wall)
+            until = self._senses.look_until(job.command)
+            if over or until is not None:
+                self._look(job, wall, until)
         elif job.stage is Stage.DETECTING and wall - job.asked_wall_s > self.config.detect_timeout_s:
             self._give_up(job, "I cannot look at the table: the object detector does not answer.")
         elif job.stage is Stage.WAITING:
-            rays = self._senses.rays(job.command, np.eye(4))
-            if over or gestures_complete(job.command, rays, self._senses.latest_s(), late, self._weights):
-                job.stage = Stage.DECIDING
+            until = self._senses.hands_until(job.command, self._weights)
+            if over or until is not None:
+                job.stage, job.until_s = Stage.DECIDING, float("inf") if until is None else until
                 job.timings_s["hands"] = wall - job.received_wall_s
-                self._run(self._decide, job)
+                self._worker.run(self._decide, job)
 
-    def _look(self, job: Job, wall: float) -> None:
+    def _look(self, job: Job, wall: float, until_s: float | None) -> None:
         """Ask the detector for the things of the frame that shows them best; the timer waits for the answer."""
-        choice = self._senses.scene_frame(job.command)
+        choice = self._senses.scene_frame(job.command, float("inf") if until_s is None else until_s)
         if choice is None or self._senses.camera_info is None:
             self._give_up(job, "I see nothing: no camera images arrive.")
             return
@@ -266,7 +247,7 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
     def _decide(self, job: Job) -> None:
         begin = time.monotonic()
         try:
-            turn = self._talk.decide(self._evidence(job), begin, job.asked)
+            turn = self._talk.decide(evidence_of(job, self._senses, self.config.base_frame), begin, job.asked)
         except Exception as error:  # noqa: BLE001 (whatever goes wrong with one command, the next one must work)
             self.get_logger().error(f"deciding on {job.command.text!r} failed: {error!r}")
             self._give_up(job, "Something went wrong while I thought about it. Please say it again.")
@@ -281,24 +262,6 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
             f"{job.command.text!r}: " + ", ".join(f"{name} {took:.3f} s" for name, took in job.timings_s.items())
         )
         self._publish(turn, job.scene_s, time.monotonic() - job.received_wall_s)
-
-    def _evidence(self, job: Job) -> Evidence:
-        command, scene = job.command, job.scene
-        if scene is None:
-            raise ValueError("a command is decided on before anything was seen")
-        in_base = scene.frame_id == self.config.base_frame
-        transform = self._senses.camera_in_base(job.scene_s) if in_base else np.eye(4)
-        return Evidence(
-            command=command,
-            scene=scene,
-            phrases=job.phrases,
-            view=View(self._senses.camera, transform),
-            rays=self._senses.rays(command, None if in_base else transform),
-            object_frame_s=self._senses.nearest_image_s(object_end(command)),
-            target_frame_s=self._senses.nearest_image_s(target_end(command)),
-            given=job.given,
-            notes=(_looked_at(job),),
-        )
 
     # --- what goes out -------------------------------------------------------------------------------
 
@@ -326,11 +289,6 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
         self._asking.say(said[0])
         for decision in turn.decisions:
             self._telling.draw(decision, turn.evidence.view)
-
-
-def _looked_at(job: Job) -> str:
-    hand = "a hand is in it" if job.with_hand else "no hand was seen around it"
-    return f"the things are those of the image of {job.scene_s:.2f} s: {hand}"
 
 
 def main(args: list[str] | None = None) -> None:

@@ -10,6 +10,7 @@ import logging
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from uncom_common.camera import PinholeCamera
 from uncom_common.exceptions import TransformError
 from uncom_common.transforms import FloatArray, TransformBuffer
@@ -18,9 +19,10 @@ from uncom_perception.types import HandsFrame
 
 from uncom_reasoner.config import ReasonerConfig
 from uncom_reasoner.frames import SceneFrame, StampedBuffer, scene_frame
-from uncom_reasoner.job import object_end, words_span
+from uncom_reasoner.job import hands_until, object_end, words_span
 from uncom_reasoner.rays import observe
 from uncom_reasoner.types import RayObservation
+from uncom_reasoner.weights import Weights
 
 logger = logging.getLogger(__name__)
 
@@ -76,13 +78,28 @@ class Senses:
         near = [seen.frame for stamp, seen in self.hands.items() if start_s <= stamp <= end_s]
         return observe(near, self.camera_in_base)
 
-    def scene_frame(self, command: Command) -> SceneFrame | None:
+    def look_until(self, command: Command) -> float | None:
+        """Return the time [s] up to which hands and images choose the image to look at; None: not yet known."""
+        needed = words_span(command).end_s - self._config.behind_s
+        if self.images.latest_s() < needed:
+            return None
+        return next((stamp for stamp, _ in self.hands.items() if stamp >= needed), None)
+
+    def hands_until(self, command: Command, weights: Weights) -> float | None:
+        """Return the time [s] of the image whose hands complete what a command needs (job.hands_until)."""
+        stamps = [stamp for stamp, _ in self.hands.items()]
+        rays = self.rays(command, np.eye(4))
+        return hands_until(command, stamps, rays, self._config.late_pointing_s, weights)
+
+    def scene_frame(self, command: Command, until_s: float = float("inf")) -> SceneFrame | None:
         """Choose the image whose things are weighed for a command, or None without images.
 
-        A frame that was looked at ahead is taken if it still shows no hand: what was found in it is known.
+        Images and hands after until_s [s] are left out, so that the choice does not depend on when it is made. A frame
+        that was looked at ahead is taken if it still shows no hand: what was found in it is known.
         """
         end = words_span(command).end_s
-        hands = [(stamp, bool(seen.frame.hands)) for stamp, seen in self.hands.items() if stamp <= end + 5.0]
+        last = min(end + 5.0, until_s)
+        hands = [(stamp, bool(seen.frame.hands)) for stamp, seen in self.hands.items() if stamp <= last]
         config = self._config
         wanted = object_end(command)
         spans = (config.hand_free_before_s, config.hand_free_after_s)
@@ -90,7 +107,8 @@ class Senses:
             known = scene_frame([self.ahead_s], hands, wanted, *spans)
             if known is not None and not known.with_hand and self.image_at(known.stamp_s) is not None:
                 return known
-        return scene_frame(self._stamps(), hands, wanted, *spans)
+        stamps = self._stamps()
+        return scene_frame([s for s in stamps if s <= until_s] or stamps, hands, wanted, *spans)
 
     def image_at(self, stamp_s: float) -> Any | None:
         """Return the image with a stamp, or None if it is gone."""
@@ -122,18 +140,21 @@ class Senses:
             logger.debug("%s", error)
             return None
 
-    def rays(self, command: Command, fixed: FloatArray | None) -> tuple[RayObservation, ...]:
+    def rays(
+        self, command: Command, fixed: FloatArray | None, until_s: float = float("inf")
+    ) -> tuple[RayObservation, ...]:
         """Return the rays around a command's words.
 
         Args:
             command: with its times.
             fixed: transform_camera_to_scene (4, 4) if the scene is in the camera's frame; None: the scene is in the
                 base frame and each image's own transform counts.
+            until_s: later hands are left out [s].
         """
         span = words_span(command)
         near = [
             seen.frame
             for stamp, seen in self.hands.items()
-            if span.start_s - GESTURE_MARGIN_S <= stamp <= span.end_s + GESTURE_MARGIN_S
+            if span.start_s - GESTURE_MARGIN_S <= stamp <= min(span.end_s + GESTURE_MARGIN_S, until_s)
         ]
         return observe(near, self.camera_in_base if fixed is None else lambda _: fixed)
