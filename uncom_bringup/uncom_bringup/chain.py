@@ -171,9 +171,16 @@ class Chain:
         return words_span(command).end_s + self.config.reasoner.late_pointing_s
 
     def look(
-        self, recording: Recording, command: Command, hands: Sequence[HandsFrame], memory: Memory
+        self,
+        recording: Recording,
+        command: Command,
+        hands: Sequence[HandsFrame],
+        memory: Memory,
+        known: Sequence[Evidence] = (),
     ) -> Evidence | None:
         """Gather what a command is decided on; None if there is no image.
+
+        Where the same image was searched for the same phrases before (`known`), it is not searched again.
 
         Raises:
             UncomError: the detector cannot work with the image.
@@ -187,16 +194,19 @@ class Chain:
         base = self.config.reasoner.base_frame
         pose = senses.camera_in_base(choice.stamp_s)
         phrases = phrases_of(command, memory.noun)
-        scene = self._detector.detect(
-            image,
-            senses.depth_at(choice.stamp_s),
-            recording.camera,
-            pose,
-            phrases,
-            senses.hands_at(choice.stamp_s) if choice.with_hand else None,
-            choice.stamp_s,
-        )
-        scene = dataclasses.replace(scene, frame_id=base if pose is not None else recording.camera_frame)
+        same = (e.scene for e in known if e.scene.stamp_s == choice.stamp_s and e.phrases == phrases)
+        scene = next(same, None)
+        if scene is None:
+            scene = self._detector.detect(
+                image,
+                senses.depth_at(choice.stamp_s),
+                recording.camera,
+                pose,
+                phrases,
+                senses.hands_at(choice.stamp_s) if choice.with_hand else None,
+                choice.stamp_s,
+            )
+            scene = dataclasses.replace(scene, frame_id=base if pose is not None else recording.camera_frame)
         return Evidence(
             command=command,
             scene=scene,
@@ -229,8 +239,11 @@ class Chain:
         except NotSupportedError as error:
             return Decision(failed(evidence.command, str(error)))
 
-    def understand(self, recording: Recording) -> ChainResult:
-        """Understand a recording from its sound to its grounded commands."""
+    def understand(self, recording: Recording, watch_until_s: float = float("-inf")) -> ChainResult:
+        """Understand a recording from its sound to its grounded commands.
+
+        Hands are read as far as the commands need them, and at least up to watch_until_s [s].
+        """
         clock = _Clock()
         start = time.process_time()
         transcripts = self.hear(recording)
@@ -240,15 +253,23 @@ class Chain:
         clock.add("language", start)
         wanted = [self.needed_until_s(c) for c in commands if c.act is Act.COMMAND]
         start = time.process_time()
-        hands = self.watch(recording, max(wanted)) if wanted else ()
+        until_s = max([watch_until_s, *wanted])
+        hands = self.watch(recording, until_s) if np.isfinite(until_s) else ()
         clock.add("hands", start)
-        groundings = self.ground_all(recording, commands, hands, clock)
+        groundings = self.ground_all(recording, commands, hands, clock=clock)
         return ChainResult(transcripts, commands, hands, groundings, clock.spent)
 
     def ground_all(
-        self, recording: Recording, commands: Sequence[Command], hands: Sequence[HandsFrame], clock: _Clock
+        self,
+        recording: Recording,
+        commands: Sequence[Command],
+        hands: Sequence[HandsFrame],
+        *,
+        scenes: Sequence[Evidence] = (),
+        clock: _Clock | None = None,
     ) -> tuple[Grounding, ...]:
-        """Ground commands one after the other, each knowing of those before."""
+        """Ground commands one after the other, each knowing of those before; scenes are looked at already."""
+        clock = clock or _Clock()
         memory = Memory()
         done: list[Grounding] = []
         for command in commands:
@@ -258,7 +279,7 @@ class Chain:
                 continue
             start = time.process_time()
             try:
-                evidence = self.look(recording, command, hands, memory)
+                evidence = self.look(recording, command, hands, memory, scenes)
             except UncomError as error:
                 reason = f"I cannot look at the table: {error}"
                 done.append(Grounding(command, Decision(failed(command, reason))))

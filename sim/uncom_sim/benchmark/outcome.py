@@ -11,7 +11,9 @@ from typing import Any
 class Outcome:
     """One take: what was said and meant, what was understood, and what other ways of deciding made of it.
 
-    variants maps the name of a strategy or ablation to whether it was right; latency_s is processor time by stage.
+    variants maps the name of a strategy or ablation to whether it was right; swapped_fits tells that the
+    sentence of the other take, used in "swapped_words", asks for the same as the take's own; latency_s is processor
+    time by stage.
     """
 
     take: str
@@ -30,6 +32,7 @@ class Outcome:
     relation: str = ""
     understood_relation: str = ""
     variants: dict[str, bool] = field(default_factory=dict)
+    swapped_fits: bool = False
     latency_s: dict[str, float] = field(default_factory=dict)
     made_s: float = 0.0
     key: str = ""

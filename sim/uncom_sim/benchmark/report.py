@@ -13,6 +13,7 @@ from uncom_sim.benchmark.statistics import quantile, wilson
 from uncom_sim.benchmark.values import SUBJECTS
 
 PAPER_RIGHT, PAPER_TAKES = 131, 159
+ABLATIONS = ("true_words", "true_detections", "no_gesture", "gesture_only")
 
 
 def report_of(outcomes: Sequence[Outcome], *, seed: int, jobs: int, wall_s: float) -> dict[str, Any]:
@@ -32,12 +33,52 @@ def report_of(outcomes: Sequence[Outcome], *, seed: int, jobs: int, wall_s: floa
         "subjects": _subjects(outcomes),
         "stages": dict(Counter(one.stage or "unknown" for one in outcomes if not one.right)),
         "manners": _shares(outcomes, lambda one: one.manner),
+        "published_rules": _variant(outcomes, "published"),
+        "ablations": {name: _variant(outcomes, name) for name in ABLATIONS},
+        "checks": _checks(outcomes),
         "relations": _confusion(outcomes),
         "latency_s": _latency(outcomes),
         "made": {"takes": len(made), "cpu_s": round(sum(made) / len(made), 2) if made else 0.0},
         "jobs": jobs,
         "wall_s": round(wall_s, 1),
         "misses": [_miss(one) for one in outcomes if not one.right],
+    }
+
+
+def _variant(outcomes: Sequence[Outcome], name: str) -> dict[str, Any]:
+    known = [one.variants[name] for one in outcomes if name in one.variants]
+    return {
+        "takes": len(known),
+        "right": sum(known),
+        "interval": [round(value, 4) for value in wilson(sum(known), len(known))],
+    }
+
+
+def _checks(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """Return what the score falls to when words or hands are not the take's own.
+
+    Sentences are swapped within a scenario; by chance, a sentence of another take speaks of the same things in the
+    same way. Deictic takes cannot be told without the hand.
+    """
+    swapped = [one for one in outcomes if "swapped_words" in one.variants]
+    differing = [one for one in swapped if not one.swapped_fits]
+    deictic = [one for one in outcomes if "deixis" in (one.subjects["object"], one.subjects["target"])]
+    pointed = [one for one in deictic if "no_gesture" in one.variants]
+    return {
+        "swapped_words": {
+            "takes": len(swapped),
+            "right": sum(one.variants["swapped_words"] for one in swapped),
+            "chance": sum(one.swapped_fits for one in swapped),
+            "other_meaning": {
+                "takes": len(differing),
+                "right": sum(one.variants["swapped_words"] for one in differing),
+            },
+        },
+        "hand_removed_deictic": {
+            "takes": len(pointed),
+            "right": sum(one.variants["no_gesture"] for one in pointed),
+            "right_with_hand": sum(one.right for one in pointed),
+        },
     }
 
 

@@ -20,11 +20,12 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from uncom_sim.benchmark.casting import plan_takes
 from uncom_sim.benchmark.journal import Journal, sources_digest
 from uncom_sim.benchmark.outcome import Outcome
+from uncom_sim.benchmark.page import report_page
 from uncom_sim.benchmark.report import report_of
 from uncom_sim.benchmark.studio import generator_version
 from uncom_sim.benchmark.text import report_text
 from uncom_sim.benchmark.values import TakePlan
-from uncom_sim.benchmark.worker import Worker, WorkerOptions
+from uncom_sim.benchmark.worker import Task, Worker, WorkerOptions
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +39,7 @@ class BenchmarkOptions:
     folder: Path
     cache: Path
     fresh: bool = False
+    variants: bool = True
     parameter_files: tuple[Path, ...] = ()
 
 
@@ -64,10 +66,23 @@ def _start_worker(options: WorkerOptions, log: str) -> None:
     _worker = Worker(options)
 
 
-def _run_take(plan: TakePlan) -> Outcome:
+def _run_take(task: Task) -> Outcome:
     if _worker is None:
         raise RuntimeError("the worker was not started")
-    return _worker.run(plan)
+    return _worker.run(task)
+
+
+def tasks_of(plans: Sequence[TakePlan]) -> tuple[Task, ...]:
+    """Give each take the sentence of the next take of its scenario."""
+    by_scenario: dict[int, list[TakePlan]] = {}
+    for plan in plans:
+        by_scenario.setdefault(plan.scenario, []).append(plan)
+    tasks = []
+    for plan in plans:
+        siblings = by_scenario[plan.scenario]
+        other = siblings[(siblings.index(plan) + 1) % len(siblings)]
+        tasks.append(Task(plan, other.scene.say if other is not plan else ""))
+    return tuple(tasks)
 
 
 def run_benchmark(options: BenchmarkOptions) -> BenchmarkResult:
@@ -78,14 +93,16 @@ def run_benchmark(options: BenchmarkOptions) -> BenchmarkResult:
     """
     start = time.monotonic()
     plans = plan_takes(options.seed, options.scenarios, options.takes)
+    tasks = tasks_of(plans)
     identity = {
         "takes": [plan.key(generator_version()) for plan in plans],
+        "variants": options.variants,
         "sources": sources_digest(),
         "parameters": [path.read_text(encoding="utf-8") for path in options.parameter_files],
     }
     journal = Journal(options.cache, identity, fresh=options.fresh)
     done = journal.outcomes()
-    waiting = [plan for plan in plans if plan.name not in done]
+    waiting = [task for task in tasks if task.plan.name not in done]
     console = Console(file=sys.stderr)
     with _progress(console) as bar:
         task = bar.add_task("takes", total=len(plans), completed=len(plans) - len(waiting), right="")
@@ -105,6 +122,8 @@ def run_benchmark(options: BenchmarkOptions) -> BenchmarkResult:
     (options.folder / "takes.jsonl").write_text(
         "".join(json.dumps(one.as_dict()) + "\n" for one in outcomes), encoding="utf-8"
     )
+    page = report_page(report, outcomes, options.folder / "pictures")
+    (options.folder / "index.html").write_text(page, encoding="utf-8")
     journal.finish()
     return BenchmarkResult(report, text)
 
@@ -121,21 +140,23 @@ def _progress(console: Console) -> Progress:
     )
 
 
-def _outcomes(plans: Sequence[TakePlan], options: BenchmarkOptions) -> Iterator[Outcome]:
+def _outcomes(tasks: Sequence[Task], options: BenchmarkOptions) -> Iterator[Outcome]:
     """Yield outcomes as they come, from worker processes."""
-    if not plans:
+    if not tasks:
         return
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    worker = WorkerOptions(options.cache, options.parameter_files)
+    pictures = options.folder / "pictures"
+    pictures.mkdir(exist_ok=True)
+    worker = WorkerOptions(options.cache, pictures, options.parameter_files, options.variants)
     log = str(options.folder / "workers.log")
     pool = ProcessPoolExecutor(
-        max_workers=min(options.jobs, len(plans)),
+        max_workers=min(options.jobs, len(tasks)),
         mp_context=multiprocessing.get_context("spawn"),
         initializer=_start_worker,
         initargs=(worker, log),
     )
     try:
-        futures: list[Future[Outcome]] = [pool.submit(_run_take, plan) for plan in plans]
+        futures: list[Future[Outcome]] = [pool.submit(_run_take, task) for task in tasks]
         for future in as_completed(futures):
             yield future.result()
     finally:

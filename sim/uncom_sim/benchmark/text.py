@@ -26,6 +26,7 @@ def _lines(report: Mapping[str, Any]) -> Iterator[str]:
             yield f"{label:<52}{of['takes']:>6}{of['right']:>7}   {_interval(of['interval'])}"
     yield ""
     yield from _misses(report)
+    yield from _others(report)
     yield "relations (meant -> understood): " + "; ".join(
         f"{meant} -> {', '.join(f'{name} {count}' for name, count in got.items())}"
         for meant, got in report["relations"].items()
@@ -41,6 +42,27 @@ def _lines(report: Mapping[str, Any]) -> Iterator[str]:
         f"95 % interval {_interval(report['interval'])}; the paper: {report['paper']['right']} of "
         f"{report['paper']['takes']}, {_interval(report['paper']['interval'])}"
     )
+
+
+def _others(report: Mapping[str, Any]) -> Iterator[str]:
+    """Write what other ways of deciding came to, and whether the harness measures what it says."""
+    rows = {"the paper's rules as published": report["published_rules"]}
+    rows |= {name.replace("_", " "): of for name, of in report["ablations"].items()}
+    if any(of["takes"] for of in rows.values()):
+        yield f"{'the same takes decided otherwise':<52}{'takes':>6}{'right':>7}   95 % interval"
+        for name, of in rows.items():
+            yield f"{name:<52}{of['takes']:>6}{of['right']:>7}   {_interval(of['interval'])}"
+        swapped, hand = report["checks"]["swapped_words"], report["checks"]["hand_removed_deictic"]
+        other = swapped["other_meaning"]
+        yield (
+            f"check, sentences swapped within scenarios: {swapped['right']} of {swapped['takes']} right "
+            f"(by chance {swapped['chance']}; {other['right']} of the {other['takes']} that ask for something else)"
+        )
+        yield (
+            f"check, hand removed from deictic scenarios: {hand['right']} of {hand['takes']} right "
+            f"(with the hand {hand['right_with_hand']})"
+        )
+        yield ""
 
 
 def _misses(report: Mapping[str, Any]) -> Iterator[str]:

@@ -13,11 +13,14 @@ from uncom_bringup.chain_config import load_chain_config
 from uncom_language.types import Act
 
 from uncom_sim.benchmark.judging import Verdict, judge
+from uncom_sim.benchmark.miss_pictures import draw_miss
 from uncom_sim.benchmark.outcome import Outcome
 from uncom_sim.benchmark.recording import TakeRecording, load_take, save_take
 from uncom_sim.benchmark.scenarios import scenario
+from uncom_sim.benchmark.staging import explain_miss, first_wrong_stage
 from uncom_sim.benchmark.studio import generator_version, make_take
 from uncom_sim.benchmark.values import TakePlan
+from uncom_sim.benchmark.variants import study
 from uncom_sim.exceptions import SimError
 
 _LOG = logging.getLogger(__name__)
@@ -25,10 +28,20 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class WorkerOptions:
-    """What every worker needs: where takes are kept, and parameters of the nodes."""
+    """What every worker needs: where takes and pictures of misses are kept, and parameters of the nodes."""
 
     cache: Path
+    pictures: Path | None = None
     parameter_files: tuple[Path, ...] = ()
+    variants: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One take to be run; swapped is the sentence of another take of the scenario ("" for none)."""
+
+    plan: TakePlan
+    swapped: str = ""
 
 
 class Worker:
@@ -60,17 +73,34 @@ class Worker:
         # What is understood is what was stored, so that the first run and the next ones are the same.
         return load_take(path), time.process_time() - start
 
-    def run(self, plan: TakePlan) -> Outcome:
-        """Make (or find) a take, understand it, judge it."""
+    def run(self, task: Task) -> Outcome:
+        """Make (or find) a take, understand it, judge it, and see what others would have made of it."""
+        plan = task.plan
         recording, made_s = self.recording(plan)
         start = time.process_time()
-        result = self._chain.understand(recording)
-        spent = time.process_time() - start
-        grounding = first_command(result)
-        verdict = judge(plan, recording.truth.states, grounding.decision.grounded if grounding else None)
-        outcome = summarised(plan, result, verdict)
-        latency = {**result.latency_s, "all": spent}
-        return replace(outcome, made_s=made_s, latency_s=latency, key=plan.key(generator_version()))
+        until_s = recording.truth.words[-1].end_s + self._chain.config.reasoner.late_pointing_s
+        result = self._chain.understand(recording, until_s)
+        latency = {**result.latency_s, "all": time.process_time() - start}
+        first = first_command(result)
+        verdict = judge(plan, recording.truth.states, first.decision.grounded if first else None)
+        outcome = replace(
+            summarised(plan, result, verdict),
+            made_s=made_s,
+            latency_s=latency,
+            key=plan.key(generator_version()),
+        )
+        if not self._options.variants and verdict.right:
+            return outcome
+        studied = study(self._chain, plan, recording, result, first, task.swapped)
+        variants = {name: one.right for name, one in studied.verdicts.items()}
+        outcome = replace(outcome, variants=variants, swapped_fits=studied.swapped_fits)
+        if verdict.right:
+            return outcome
+        command = first.command if first else None
+        evidence = first.evidence if first else None
+        stage, detail = first_wrong_stage(plan, recording, command, studied.true_command, evidence)
+        pictures = () if self._options.pictures is None else draw_miss(self._options.pictures, plan, recording, first)
+        return replace(outcome, stage=stage, why=explain_miss(verdict, stage, detail), pictures=pictures)
 
 
 def first_command(result: ChainResult) -> Grounding | None:

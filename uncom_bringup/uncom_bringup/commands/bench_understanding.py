@@ -27,6 +27,7 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     parser.add_argument("--force", action="store_true", help="write into --out though it holds something")
     parser.add_argument("--cache", metavar="DIR", help="where takes are kept, about 8 MB each (default: user's cache)")
     parser.add_argument("--fresh", action="store_true", help="forget what an interrupted run has left")
+    parser.add_argument("--no-variants", action="store_true", help="only ours: no published rules, no ablations")
     parser.add_argument("--params-file", action="append", default=[], metavar="YAML", help="node parameters over ours")
     add_json(parser)
     parser.set_defaults(run=run)
@@ -48,6 +49,7 @@ def run(options: argparse.Namespace) -> int:
             folder=folder,
             cache=Path(options.cache) if options.cache else default_cache(),
             fresh=options.fresh,
+            variants=not options.no_variants,
             parameter_files=tuple(Path(name) for name in options.params_file),
         )
     )
