@@ -14,11 +14,17 @@ class GestureConfig:
 
     backend: str = field(default="mediapipe", metadata={"description": "hand detector: mediapipe"})
     styles: tuple[str, ...] = field(
-        default=("index", "two_fingers"), metadata={"description": "pointing styles: index, two_fingers"}
+        default=("index", "two_fingers"), metadata={"description": "pointing styles: index, two_fingers, hand"}
     )
     min_detection_confidence: float = field(default=0.3, metadata={"description": "of the palm detector, 0 to 1"})
     min_evidence: float = field(default=0.4, metadata={"description": "how sure pointing has to be, 0 to 1"})
     keep_s: float = field(default=0.7, metadata={"description": "after a hand was seen, look again for so long [s]"})
+    bridge_s: float = field(
+        default=0.25, metadata={"description": "bridge so long a loss of the pointing hand, 0 for none [s]"}
+    )
+    attention_s: float = field(
+        default=1.0, metadata={"description": "expect a pointing hand so long after speech was heard [s]"}
+    )
     queue_size: int = field(default=8, metadata={"description": "images that may wait; the oldest is dropped"})
     depth_wait_s: float = field(default=0.15, metadata={"description": "wait so long for an image's depth [s]"})
     use_depth: bool = field(default=True, metadata={"description": "make rays metric by registered depth"})

@@ -15,11 +15,15 @@ from uncom_common.configured_node import ConfiguredNode, run_node
 from uncom_common.conversions import camera_from_msg, depth_from_msg, rgb_from_msg, seconds_from_msg
 from uncom_common.exceptions import UncomError
 
-from uncom_interfaces.msg import Hands
+from uncom_interfaces.msg import Hands, SpeechStatus, Transcript
 from uncom_perception.config import GestureConfig
 from uncom_perception.conversions import hands_to_msg
 from uncom_perception.frames import FrameQueue
 from uncom_perception.hands.backends import make_gesture_reader
+from uncom_perception.hands.bridge import HandBridge
+
+#: Words with which people point; while they are heard, a hand is looked for more closely.
+DEICTIC_WORDS = frozenset(("this", "that", "these", "those", "here", "there"))
 
 _CAMERA = "/head_front_camera"
 
@@ -31,6 +35,7 @@ class GestureNode(ConfiguredNode[GestureConfig]):
         """Load the back end, subscribe, start the worker."""
         super().__init__("gesture_node", GestureConfig, **node_options)
         self._reader = make_gesture_reader(self.config)
+        self._bridge = HandBridge(self.config.bridge_s)
         self._camera: PinholeCamera | None = None
         self._queue = FrameQueue(self.config.queue_size, self.config.depth_wait_s if self.config.use_depth else 0.0)
         self._publisher = self.create_publisher(Hands, "/uncom/hands", 50)
@@ -40,6 +45,8 @@ class GestureNode(ConfiguredNode[GestureConfig]):
         self.create_subscription(Image, f"{_CAMERA}/rgb/image_raw", self._on_image, qos)
         if self.config.use_depth:
             self.create_subscription(Image, f"{_CAMERA}/depth_registered/image_raw", self._on_depth, qos)
+        self.create_subscription(SpeechStatus, "/uncom/speech_status", self._on_speech, 10)
+        self.create_subscription(Transcript, "/uncom/transcript", self._on_words, 10)
         self._worker = threading.Thread(target=self._work, name="gesture", daemon=True)
         self._worker.start()
         self.get_logger().info(f"hands by {self._reader.name}; pointing styles {', '.join(self.config.styles)}")
@@ -53,6 +60,14 @@ class GestureNode(ConfiguredNode[GestureConfig]):
     def _on_info(self, msg: CameraInfo) -> None:
         self._camera = camera_from_msg(msg)
 
+    def _on_speech(self, msg: SpeechStatus) -> None:
+        if msg.state == SpeechStatus.SPEECH:
+            self._reader.expect(seconds_from_msg(msg.header.stamp) + self.config.attention_s)
+
+    def _on_words(self, msg: Transcript) -> None:
+        if any(word.text.lower() in DEICTIC_WORDS for word in msg.words):
+            self._reader.expect(seconds_from_msg(msg.header.stamp) + 2.0 * self.config.attention_s)
+
     def _on_image(self, msg: Image) -> None:
         self._queue.add_image(_key(msg), msg)
 
@@ -60,6 +75,7 @@ class GestureNode(ConfiguredNode[GestureConfig]):
         self._queue.add_depth(_key(msg), msg)
 
     def _work(self) -> None:
+        stamps: dict[float, Any] = {}
         while (frame := self._queue.take()) is not None:
             image, depth = frame
             try:
@@ -73,9 +89,11 @@ class GestureNode(ConfiguredNode[GestureConfig]):
             except UncomError as error:
                 self.get_logger().error(str(error), throttle_duration_sec=5.0)
                 continue
-            msg = hands_to_msg(hands)
-            msg.header.stamp = image.header.stamp  # exactly, not through a float
-            self._publisher.publish(msg)
+            stamps[hands.stamp_s] = image.header.stamp  # exactly, not through a float
+            for ready in self._bridge.add(hands):
+                msg = hands_to_msg(ready)
+                msg.header.stamp = stamps.pop(ready.stamp_s)
+                self._publisher.publish(msg)
 
 
 def _key(msg: Image) -> int:

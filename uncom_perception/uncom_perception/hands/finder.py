@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from itertools import islice
 
 import numpy as np
 
@@ -14,9 +13,11 @@ from uncom_perception.hands.detector import (
     MIDDLE_MCP,
     PINKY_MCP,
     WRIST,
+    FloatArray,
     HandDetector,
     RawHand,
     RgbImage,
+    check_rgb,
 )
 from uncom_perception.hands.motion import MotionWatch, Newcomer
 from uncom_perception.hands.views import View, around, second_looks, whole
@@ -24,6 +25,10 @@ from uncom_perception.hands.views import View, around, second_looks, whole
 _AGREEMENT = 0.25  # of the hand's size: how far the landmarks of two looks at one hand may differ
 _CLEAR = 0.6  # evidence for pointing above which no other look is needed
 _MAX_LOOKS = 6
+_FRESH = 3  # images in a row without a hand, up to which all looks are taken
+_SURE_S = 0.8  # a scene that stays as it is so long is known
+_IDLE_S = 0.45  # how often a scene is looked at in which nothing changes
+_CLOSER_S = 0.35  # how often a hand that does not point is looked at closely
 
 
 class HandFinder:
@@ -57,33 +62,66 @@ class HandFinder:
         self._last: tuple[RawHand, ...] = ()
         self._last_stamp_s = -np.inf
         self._turn = 0
+        self._misses = 0
+        self._stamp_s = self._looked_s = self._expected_until_s = -np.inf
+        self._quiet_since_s = np.inf
+        self._unclear: FloatArray = np.zeros(2)
+        self._unclear_s = -np.inf
 
     @property
     def name(self) -> str:
         """Back end as told in every result."""
         return self._detector.name
 
+    def expect(self, until_s: float) -> None:
+        """Look closely at all images up to a time [s]: somebody speaks, and may point."""
+        self._expected_until_s = until_s
+
     def find(self, image_rgb: RgbImage, stamp_s: float, *, thorough: bool = False) -> tuple[RawHand, ...]:
         """Return at most two hands of an image (H, W, 3) uint8, best first.
 
         Thorough is for single pictures: all second looks. In a stream they are taken where a hand was a moment ago,
-        where something has come into the picture, and elsewhere one a frame by turns.
+        where something has come into the picture, and elsewhere by turns; a scene in which nothing has changed since
+        it was seen without hands is looked at twice a second only.
         """
-        hands = _plausible(self._detector.detect(image_rgb))
+        check_rgb(image_rgb)
+        if stamp_s < self._stamp_s:  # a bag was started again
+            self._last_stamp_s = self._looked_s = self._quiet_since_s = -np.inf
+        self._stamp_s = stamp_s
         newcomer = self._watch.changed(image_rgb)
+        if not self._watch.quiet:
+            self._quiet_since_s = np.inf
+        self._quiet_since_s = min(self._quiet_since_s, stamp_s)
+        attentive = thorough or stamp_s <= self._expected_until_s
+        lost = bool(self._last) and 0.0 <= stamp_s - self._last_stamp_s <= self._keep_s
+        quiet = self._watch.quiet and stamp_s - self._quiet_since_s >= _SURE_S
+        if quiet and not attentive and not self._last and 0.0 <= stamp_s - self._looked_s < _IDLE_S:
+            return ()
+        self._looked_s = stamp_s
+        hands = _plausible(self._detector.detect(image_rgb))
         if hands:
-            hands = tuple(self._settled(image_rgb, hand) for hand in hands)
+            hands = tuple(self._settled(image_rgb, hand, stamp_s) for hand in hands)
+            self._misses = 0
         else:
-            hands = self._look_again(image_rgb, stamp_s, newcomer, thorough=thorough)
+            self._misses = 0 if attentive else self._misses + 1
+            # Where the scene is again as it was before the hand came, the hand has left.
+            looking = lost and not self._watch.quiet
+            hands = self._look_again(image_rgb, newcomer, lost=looking, thorough=thorough)
         if hands:
             self._last, self._last_stamp_s = hands, stamp_s
-        elif stamp_s < self._last_stamp_s:
-            self._last_stamp_s = -np.inf  # time jumped back: a bag was started again
+        elif not lost or self._watch.quiet:
+            self._last = ()
         return hands
 
-    def _settled(self, image_rgb: RgbImage, hand: RawHand) -> RawHand:
-        """Return a hand as two looks agree to see it, where the first one does not clearly see it pointing."""
+    def _settled(self, image_rgb: RgbImage, hand: RawHand, stamp_s: float) -> RawHand:
+        """Return a hand as two looks agree to see it, where the first one does not clearly see it pointing.
+
+        A hand that did not point a moment ago is not looked at closely in every image.
+        """
         if self._evidence is None or self._evidence(hand) >= _CLEAR:
+            return hand
+        near = np.linalg.norm(_middle(hand) - self._unclear) < 0.3 * hand.size_px
+        if near and 0.0 < stamp_s - self._unclear_s < _CLOSER_S and stamp_s > self._expected_until_s:
             return hand
         clear: list[RawHand] = []
         for seen in self._closer_looks(image_rgb, hand):
@@ -94,6 +132,7 @@ class HandFinder:
             if any(_same(seen, other) for other in clear) or _same(seen, hand):
                 return seen
             clear.append(seen)
+        self._unclear, self._unclear_s = _middle(hand), stamp_s
         return hand
 
     def _closer_looks(self, image_rgb: RgbImage, hand: RawHand) -> Iterator[RawHand]:
@@ -104,26 +143,27 @@ class HandFinder:
             yield from _plausible(self._seen_in(image_rgb, view))
 
     def _look_again(
-        self, image_rgb: RgbImage, stamp_s: float, newcomer: Newcomer | None, *, thorough: bool
+        self, image_rgb: RgbImage, newcomer: Newcomer | None, *, lost: bool, thorough: bool
     ) -> tuple[RawHand, ...]:
-        expected = 0.0 <= stamp_s - self._last_stamp_s <= self._keep_s
         views: list[View] = []
-        if expected:
+        if lost:
             for hand in self._last:
                 for factor, turns in ((2.6, 0), (2.6, 2), (4.0, 0)):
                     views.append(around(_middle(hand), factor * hand.size_px, image_rgb.shape, turns))
         if newcomer is not None:
             views += _views_of(newcomer, image_rgb.shape)
-        views = views[: _MAX_LOOKS + 2]
         elsewhere = list(second_looks(image_rgb.shape))
+        fresh = self._misses <= _FRESH
         if thorough:
             views += elsewhere
         elif not views:
+            views = elsewhere
+        if not thorough and not (fresh and (lost or newcomer is not None)):
+            # What was looked at in vain a few times gets one look an image, by turns.
             self._turn += 1
-            start = self._turn % len(elsewhere)
-            views += islice(elsewhere, start, start + 1)
-        use_lite = thorough or expected or newcomer is not None
-        return self._agreed(image_rgb, views, use_lite=use_lite)
+            views = [views[self._turn % len(views)]]
+        use_lite = thorough or (fresh and (lost or newcomer is not None))
+        return self._agreed(image_rgb, views[: None if thorough else _MAX_LOOKS], use_lite=use_lite)
 
     def _agreed(self, image_rgb: RgbImage, views: Iterable[View], *, use_lite: bool) -> tuple[RawHand, ...]:
         """Return the first hand that two looks agree on."""
@@ -148,7 +188,7 @@ class HandFinder:
         for hand in looks():
             both = agree(hand)
             if both is not None:
-                return (self._settled(image_rgb, both),)
+                return (self._settled(image_rgb, both, self._stamp_s),)
             seen.append(hand)
         return ()
 

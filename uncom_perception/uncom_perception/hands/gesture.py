@@ -12,12 +12,16 @@ from uncom_common.camera import PinholeCamera
 from uncom_perception.hands.detector import HandDetector, RawHand, RgbImage
 from uncom_perception.hands.finder import HandFinder
 from uncom_perception.hands.rays import DepthImage, hand_depth, image_ray, metric_ray
+from uncom_perception.hands.styles.hand import HandStyle
 from uncom_perception.hands.styles.index import IndexStyle
 from uncom_perception.hands.styles.style import PointingStyle, hand_pose
 from uncom_perception.hands.styles.two_fingers import TwoFingersStyle
 from uncom_perception.types import Hand, HandsFrame, PointingRay
 
-STYLES: dict[str, type[PointingStyle]] = {style.name: style for style in (IndexStyle, TwoFingersStyle)}
+STYLES: dict[str, type[PointingStyle]] = {style.name: style for style in (IndexStyle, TwoFingersStyle, HandStyle)}
+
+#: Those that point wherever they are seen; an open palm points only where people are told that it does.
+DEFAULT_STYLES = ("index", "two_fingers")
 
 # Metric size of a hand, wrist to middle finger base [m]: what is far outside is something else.
 _MIN_PALM_M, _MAX_PALM_M = 0.03, 0.16
@@ -36,8 +40,8 @@ def make_reader(
     min_evidence: float = 0.4,
     keep_s: float = 0.7,
 ) -> GestureReader:
-    """Put a finder and a reader together that use the same styles (all of them if none are given)."""
-    chosen = tuple(styles) or tuple(style() for style in STYLES.values())
+    """Put a finder and a reader together that use the same styles (DEFAULT_STYLES if none are given)."""
+    chosen = tuple(styles) or tuple(STYLES[name]() for name in DEFAULT_STYLES)
     finder = HandFinder(full, lite=lite, evidence=lambda hand: pointing_evidence(chosen, hand)[0], keep_s=keep_s)
     return GestureReader(finder, chosen, min_evidence)
 
@@ -56,6 +60,10 @@ class GestureReader:
     def name(self) -> str:
         """Back end as told in every result."""
         return self._finder.name
+
+    def expect(self, until_s: float) -> None:
+        """Look closely at all images up to a time [s]: somebody speaks, and may point."""
+        self._finder.expect(until_s)
 
     def read(
         self,

@@ -32,10 +32,12 @@ class MotionWatch:
     def __init__(self) -> None:
         """Know nothing yet."""
         self._background: npt.NDArray[np.float32] | None = None
+        self.quiet = False  # whether the last picture was that of the scene as it is known
 
     def changed(self, image_rgb: RgbImage) -> Newcomer | None:
         """Return the largest thing that was not there before, or None; a moved camera starts anew."""
         small = _reduced(image_rgb)
+        self.quiet = False
         if self._background is None or self._background.shape != small.shape:
             self._background = small
             return None
@@ -47,6 +49,7 @@ class MotionWatch:
             return None
         if share < _MIN_SHARE:
             self._background += _LEARN * (small - self._background)
+            self.quiet = True
             return None
         count, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
         label = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax()) if count > 1 else 0
