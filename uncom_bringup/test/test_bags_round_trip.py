@@ -85,15 +85,6 @@ def test_an_unknown_type_is_named(tmp_path):
         bag.add_topic("/thing", "no_such_msgs/msg/Thing")
 
 
-@pytest.mark.parametrize("share", [0.0, 0.01, 0.3, 0.9, 0.999])
-def test_a_bag_that_is_cut_off_is_a_clear_error(tmp_path, share):
-    data = write(tmp_path / "whole.mcap").read_bytes()
-    cut = tmp_path / "cut.mcap"
-    cut.write_bytes(data[: int(share * len(data))])
-    with pytest.raises(BagError, match=r"cut\.mcap: (is empty|cannot be read)"), BagReader(cut) as bag:
-        list(bag.messages())
-
-
 def test_a_folder_without_metadata_is_read_with_a_warning(tmp_path, caplog):
     path = write(tmp_path / "a", storage="sqlite3")
     (path / "metadata.yaml").unlink()

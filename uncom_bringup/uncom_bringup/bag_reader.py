@@ -1,54 +1,35 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reading bags: ROS 2 in MCAP and SQLite, whole or damaged."""
+"""Reading bags: ROS 2 in MCAP and SQLite, ROS 1; whole, split, compressed or damaged."""
 
 from __future__ import annotations
 
 import logging
-import sqlite3
-import struct
-import zlib
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 import apsw
-import yaml
+from backports import zstd
+from rosbags.convert.converter import STATIC_MSGTYPE_RENAMES, is_same_wireformat, migrate_bytes
 from rosbags.highlevel import AnyReader, AnyReaderError
-from rosbags.interfaces import QosDurability
-from rosbags.rosbag1 import ReaderError as Reader1Error
-from rosbags.rosbag2 import ReaderError as Reader2Error
-from rosbags.typesys import TypesysError
+from rosbags.interfaces import ConnectionExtRosbag1, MessageDefinitionFormat, QosDurability
+from rosbags.typesys import Stores, TypesysError, get_types_from_idl, get_types_from_msg, get_typestore
 
-from uncom_bringup.exceptions import BagError
-from uncom_bringup.message_types import installed_store
+from uncom_bringup.bag_files import DAMAGE, BagFiles, bag_files, words
+from uncom_bringup.exceptions import BagError, UnknownTypeError
+from uncom_bringup.message_types import installed_store, register
 
 if TYPE_CHECKING:
-    from rosbags.interfaces import Connection
+    from rosbags.interfaces import Connection, MessageDefinition
+    from rosbags.interfaces.typing import Typesdict
 
 _LOG = logging.getLogger(__name__)
-
-# What the readers below let through when a file is damaged.
-_DAMAGE = (
-    AnyReaderError,
-    Reader1Error,
-    Reader2Error,
-    TypesysError,
-    apsw.Error,
-    sqlite3.Error,
-    struct.error,
-    zlib.error,
-    AssertionError,
-    EOFError,
-    IndexError,
-    KeyError,
-    MemoryError,
-    RuntimeError,
-    TypeError,
-    ValueError,
-)
-_SUFFIXES = (".mcap", ".db3", ".bag")
+_DAMAGE = (*DAMAGE, AnyReaderError, TypesysError, apsw.Error)
+_IDL = "=" * 80 + "\n"
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,31 +50,68 @@ class BagMessage:
     data: bytes
 
 
+class _Reader(AnyReader):
+    """Takes the definitions in a bag one by one: one that cannot be read costs its topics and nothing else."""
+
+    def _open(self) -> None:
+        assert self.stack is not None  # noqa: S101  (made by the caller)
+        for reader in self.readers:
+            self.stack.enter_context(reader)
+        self.connections = [connection for reader in self.readers for connection in reader.connections]
+        found: Typesdict = {}
+        for connection in self.connections:
+            try:
+                found.update(_definitions(connection.msgdef, connection.msgtype))
+            except (TypesysError, AssertionError, ValueError) as error:
+                _LOG.warning("%s: its definition of %s cannot be read", connection.topic, connection.msgtype)
+                _LOG.debug("%s", error)
+        base = installed_store() if self.is2 else get_typestore(Stores.ROS1_NOETIC)
+        self.typestore = get_typestore(Stores.EMPTY)
+        self.typestore.register({**base.fielddefs, **found})
+
+
+def _definitions(definition: MessageDefinition, name: str) -> Typesdict:
+    if definition.format == MessageDefinitionFormat.MSG:
+        return get_types_from_msg(definition.data, name)
+    if definition.format != MessageDefinitionFormat.IDL:
+        return {}
+    if not definition.data.startswith(f"{_IDL}IDL: "):
+        return get_types_from_idl(definition.data)
+    found: Typesdict = {}
+    for part in definition.data.split(_IDL)[1:]:
+        found.update(get_types_from_idl(part.split("\n", 1)[1]))
+    return found
+
+
 class BagReader:
     """A bag that is open for reading."""
 
     def __init__(self, path: Path) -> None:
-        """Open a file (.mcap, .db3, .bag) or a folder; a folder without metadata is read file by file, with a warning.
+        """Open a file (.mcap, .db3, .bag) or a folder; what is damaged is read as far as it goes, with a warning.
 
         Raises:
             BagError: nothing is there, or it cannot be read; the text says why.
         """
         self.path = path
-        self._reader = AnyReader(_files(path), default_typestore=installed_store())
+        self._stack = ExitStack()
+        self._converters: dict[str, Callable[[bytes], Any] | None] = {}
         try:
-            self._reader.open()
-        except _DAMAGE as error:
-            raise BagError(path, f"cannot be read ({_words(error)})") from error
-        if not self._reader.is2:
-            self.close()
-            raise BagError(path, "is a ROS 1 bag; convert it with `rosbags-convert` to ROS 2 first")
-        if self._reader.message_count == 0:
-            self.close()
-            raise BagError(path, "holds no messages")
-        self._topics = {id_: _topic(connection) for id_, connection in self._by_key().items()}
+            self._files = bag_files(path, self._stack)
+            self._reader = self._opened(self._files)
+        except BaseException:
+            self._stack.close()
+            raise
+        self._topics = {(c.topic, c.msgtype): _topic(c) for c in self._reader.connections}
 
-    def _by_key(self) -> dict[tuple[str, str], Connection]:
-        return {(connection.topic, connection.msgtype): connection for connection in self._reader.connections}
+    def _opened(self, files: BagFiles) -> AnyReader:
+        reader = _Reader(files.paths)
+        try:
+            self._stack.enter_context(reader)
+        except _DAMAGE as error:
+            raise BagError(self.path, f"cannot be read ({words(error)})") from error
+        if reader.message_count == 0:
+            raise BagError(self.path, "holds no messages")
+        return reader
 
     @property
     def topics(self) -> tuple[BagTopic, ...]:
@@ -116,15 +134,19 @@ class BagReader:
         Raises:
             BagError: the bytes do not fit the definition.
         """
+        store = installed_store() if self._files.is_ros1 else self._reader.typestore
         try:
-            return self._reader.deserialize(message.data, message.topic.type_name)
+            return store.deserialize_cdr(message.data, message.topic.type_name)
         except _DAMAGE as error:
-            raise BagError(self.path, f"a message of {message.topic.name} is damaged ({_words(error)})") from error
+            raise BagError(self.path, f"a message of {message.topic.name} is damaged ({words(error)})") from error
 
-    def messages(self, names: Collection[str] | None = None) -> Iterator[BagMessage]:
+    def messages(
+        self, names: Collection[str] | None = None, start_s: float = 0.0, duration_s: float | None = None
+    ) -> Iterator[BagMessage]:
         """Yield messages in order of time, of all topics or only the named ones.
 
-        A bag that is cut off ends early with a warning.
+        start_s and duration_s count from the bag's first message. A bag that is cut off ends early with a warning; what
+        came with ROS 1 and does not exist in ROS 2 is left out.
 
         Raises:
             BagError: not one message can be read.
@@ -132,22 +154,52 @@ class BagReader:
         wanted = [c for c in self._reader.connections if names is None or c.topic in names]
         if not wanted:
             return
+        begin = self.start_ns + int(1e9 * start_s)
+        end = None if duration_s is None else begin + int(1e9 * duration_s)
         count = 0
         try:
-            for connection, time_ns, data in self._reader.messages(connections=wanted):
-                yield BagMessage(self._topics[connection.topic, connection.msgtype], time_ns, bytes(data))
+            for connection, time_ns, data in self._reader.messages(wanted, begin, end):
+                plain = self._plain(connection, data)
                 count += 1
+                if plain is not None:
+                    yield BagMessage(self._topics[connection.topic, connection.msgtype], time_ns, plain)
         except _DAMAGE as error:
             if count == 0:
-                raise BagError(self.path, f"is damaged from its first message on ({_words(error)})") from error
-            _LOG.warning("bag %s is cut off or damaged after %d messages (%s)", self.path, count, _words(error))
-        if count == 0 and names is None:
+                raise BagError(self.path, f"is damaged from its first message on ({words(error)})") from error
+            _LOG.warning("bag %s is cut off or damaged after %d messages (%s)", self.path, count, words(error))
+        if count == 0 and names is None and start_s == 0.0:
             raise BagError(self.path, "promises messages and holds none that can be read")
+
+    def _plain(self, connection: Connection, data: bytes) -> bytes | None:
+        if self._files.packed:
+            return zstd.decompress(data)
+        if not self._files.is_ros1:
+            return bytes(data)
+        name = connection.msgtype
+        if name not in self._converters:
+            self._converters[name] = self._converter(name, _ros2_name(name))
+        convert = self._converters[name]
+        return bytes(convert(data)) if convert is not None else None
+
+    def _converter(self, old: str, new: str) -> Callable[[bytes], Any] | None:
+        """Return what turns a message of ROS 1 into one of ROS 2, or None if there is no such message."""
+        try:
+            target = register(new)
+        except UnknownTypeError as error:
+            _LOG.warning("bag %s: topics of %s are left out: %s", self.path, old, error)
+            return None
+        source = self._reader.typestore
+        if is_same_wireformat(source, target, old, new):
+            return partial(target.ros1_to_cdr, typename=new)
+
+        def migrate(data: bytes) -> Any:
+            return migrate_bytes(source, target, old, new, {}, data, src_is2=False, dst_is2=True)
+
+        return migrate
 
     def close(self) -> None:
         """Close the files."""
-        if self._reader.stack is not None:
-            self._reader.close()
+        self._stack.close()
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -160,53 +212,12 @@ class BagReader:
         self.close()
 
 
-def _files(path: Path) -> list[Path]:
-    if not path.exists():
-        raise BagError(path, "does not exist")
-    if path.is_file():
-        if path.suffix not in _SUFFIXES:
-            raise BagError(path, f"is no bag; a bag ends in {', '.join(_SUFFIXES)} or is a folder")
-        if path.stat().st_size == 0:
-            raise BagError(path, "is empty")
-        return [path]
-    if (path / "metadata.yaml").exists():
-        return _listed_files(path)
-    files = sorted(file for file in path.iterdir() if file.suffix in (".mcap", ".db3") and file.stat().st_size > 0)
-    if not files:
-        raise BagError(path, "is a folder without metadata.yaml and without .mcap or .db3 files")
-    _LOG.warning("bag %s has no metadata.yaml; reading its %d files as they are", path, len(files))
-    return files
-
-
-def _listed_files(folder: Path) -> list[Path]:
-    """Return the files that metadata.yaml lists, or the folder itself where they are compressed as files or messages.
-
-    Opened through its folder, a bag whose metadata and files write the same quality of service differently (as bags
-    of Foxy do) has no messages for rosbags; the files themselves know all that is needed.
-    """
-    try:
-        text = (folder / "metadata.yaml").read_text(encoding="utf-8")
-        information = yaml.safe_load(text)["rosbag2_bagfile_information"]
-        names = [Path(str(name)).name for name in information["relative_file_paths"]]
-        compressed = (information.get("compression_mode") or "none").lower() != "none"
-    except (yaml.YAMLError, KeyError, TypeError, AttributeError, UnicodeDecodeError) as error:
-        raise BagError(folder, "its metadata.yaml is damaged; remove that file to read the data as they are") from error
-    missing = [name for name in names if not (folder / name).is_file()]
-    if missing or not names:
-        raise BagError(
-            folder, f"its metadata.yaml lists files that are missing: {', '.join(missing) or '(none listed)'}"
-        )
-    return [folder] if compressed else [folder / name for name in names]
+def _ros2_name(name: str) -> str:
+    return str(STATIC_MSGTYPE_RENAMES.get(name, name))
 
 
 def _topic(connection: Connection) -> BagTopic:
-    profiles = getattr(connection.ext, "offered_qos_profiles", ())
-    latched = any(profile.durability is QosDurability.TRANSIENT_LOCAL for profile in profiles)
+    if isinstance(connection.ext, ConnectionExtRosbag1):
+        return BagTopic(connection.topic, _ros2_name(connection.msgtype), bool(connection.ext.latching))
+    latched = any(p.durability is QosDurability.TRANSIENT_LOCAL for p in connection.ext.offered_qos_profiles)
     return BagTopic(connection.topic, connection.msgtype, latched)
-
-
-def _words(error: BaseException) -> str:
-    text = " ".join(str(error).split()) or type(error).__name__
-    if "end magic" in text:
-        text = "the file is cut off: its end is missing"
-    return text if len(text) <= 200 else text[:197] + "..."

@@ -69,7 +69,7 @@ def encode_depth(depth: Depth) -> bytes:
     np.divide(1.0, depth, out=inverse, where=known)
     known &= inverse < 65535.0 * _STEP
     smooth = cv2.bilateralFilter(inverse, _WINDOW_PX, _NOISE, _REACH_PX)
-    good, data = cv2.imencode(".png", _even(np.where(known, smooth, np.float32(0.0)) / np.float32(_STEP)), _PNG)
+    good, data = cv2.imencode(".png", _even(np.where(known, smooth, 0.0).astype(np.float32) / np.float32(_STEP)), _PNG)
     if not good:
         raise BadInputError("a depth image could not be written as PNG")
     return _HEADER.pack(0, 1.0 / _STEP, 0.0) + bytes(data.tobytes())

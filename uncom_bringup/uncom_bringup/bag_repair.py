@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Saves what can be read of a bag that was cut off: its whole records go into a new file.
+
+MCAP: https://mcap.dev/spec (a file is a row of records; what is written last, the index, can be done without).
+"""
+
+from __future__ import annotations
+
+import io
+import logging
+import shutil
+import sqlite3
+import struct
+from contextlib import closing
+from pathlib import Path
+from typing import BinaryIO
+
+_LOG = logging.getLogger(__name__)
+_MOST_PADDED = 1000  # times what is there
+_MAGIC = b"\x89MCAP0\r\n"
+_HEADER, _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
+_KEPT = (_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK)
+
+
+def repair_mcap(source: Path, target: Path) -> int:
+    """Copy the whole records of a damaged MCAP file into a new one without index; returns how many hold messages.
+
+    A file whose profile is not that of ROS 2 gets it: whether its messages are of ROS shows when they are read.
+    """
+    count = 0
+    with source.open("rb") as old, target.open("wb") as new:
+        if old.read(len(_MAGIC)) != _MAGIC:
+            return 0
+        new.write(_MAGIC)
+        new.write(_record(_HEADER, _text("ros2") + _text("uncom")))
+        while (found := _next(old)) is not None:
+            code, content = found
+            if code == _DATA_END:
+                break
+            if code in _KEPT:
+                new.write(_record(code, content))
+                count += code in (_MESSAGE, _CHUNK)
+        new.write(_record(_DATA_END, struct.pack("<I", 0)))
+        new.write(_record(_FOOTER, struct.pack("<QQI", 0, 0, 0)))
+        new.write(_MAGIC)
+    return count
+
+
+def _next(stream: BinaryIO) -> tuple[int, bytes] | None:
+    """Read a record; None at the end and where only a part of one is left."""
+    head = stream.read(9)
+    if len(head) < 9:
+        return None
+    code, size = struct.unpack("<BQ", head)
+    here = stream.tell()
+    if size > stream.seek(0, io.SEEK_END) - here:
+        return None
+    stream.seek(here)
+    return code, stream.read(size)
+
+
+def _record(code: int, content: bytes) -> bytes:
+    return struct.pack("<BQ", code, len(content)) + content
+
+
+def _text(text: str) -> bytes:
+    data = text.encode()
+    return struct.pack("<I", len(data)) + data
+
+
+def repair_sqlite(source: Path, target: Path) -> int:
+    """Copy the rows of a damaged database that can be read into a new one; returns how many messages.
+
+    SQLite reads nothing of a file that is shorter than its header says (https://sqlite.org/fileformat.html), so that
+    what is missing is made up by zeros first.
+    """
+    padded = target.with_name(f"padded-{target.name}")
+    shutil.copyfile(source, padded)
+    with padded.open("r+b") as file:
+        head = file.read(100)
+        if len(head) == 100 and head.startswith(b"SQLite format 3"):
+            (page_size,), (pages,) = struct.unpack(">H", head[16:18]), struct.unpack(">I", head[28:32])
+            size = pages * (65536 if page_size == 1 else page_size)
+            if padded.stat().st_size < size <= _MOST_PADDED * padded.stat().st_size:
+                file.truncate(size)
+    with closing(sqlite3.connect(padded)) as old, closing(sqlite3.connect(target)) as new:
+        count = _copy_rows(old, new)
+    padded.unlink()
+    return count
+
+
+def _copy_rows(old: sqlite3.Connection, new: sqlite3.Connection) -> int:
+    count = 0
+    tables = old.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table' AND sql NOT NULL").fetchall()
+    for name, sql in tables:
+        if name.startswith("sqlite_"):
+            continue
+        new.execute(sql)
+        try:
+            for row in old.execute(f'SELECT * FROM "{name}"'):  # noqa: S608  (names from the file itself)
+                new.execute(f'INSERT INTO "{name}" VALUES ({", ".join("?" * len(row))})', row)  # noqa: S608
+                count += name == "messages"
+        except sqlite3.DatabaseError as error:
+            _LOG.debug("table %s is damaged: %s", name, error)
+    new.commit()
+    return count
