@@ -93,7 +93,9 @@ class TakeRecording:
 
     @cached_property
     def _decoded(self) -> tuple[CameraFrame, ...]:
-        return tuple(CameraFrame(f.stamp_s, decode_colour(f.jpeg), decode_depth(f.depth_png)) for f in self.stored)
+        return tuple(
+            CameraFrame(f.stamp_s, decode_colour(f.jpeg), decode_depth(f.depth_png, "32FC1")) for f in self.stored
+        )
 
     def frames(self) -> Iterator[CameraFrame]:
         """Yield the images in order of time."""
