@@ -13,7 +13,10 @@ from uncom_language.conversions import (
     speech_status_to_msg,
     transcript_from_msg,
     transcript_to_msg,
+    vocabulary_from_msg,
+    vocabulary_to_msg,
 )
+from uncom_language.exceptions import LexiconError
 from uncom_language.parser import parse_transcript
 from uncom_language.speech.status import SpeechState, SpeechStatus
 from uncom_language.types import Act, Alternative, Command, Reference, Span, Transcript, Word
@@ -76,6 +79,17 @@ def test_anchors_are_flat_in_the_message():
 def test_a_missing_part_survives():
     anchors = []
     assert reference_from_msg(reference_to_msg(None, anchors), anchors) is None
+
+
+def test_a_vocabulary_survives_and_a_wrong_count_of_pronunciations_is_an_error():
+    words = {"gizmo": "G IH Z M OW", "flange": ""}
+    msg = vocabulary_to_msg(words, 3.0)
+    assert vocabulary_from_msg(msg) == words
+    msg.pronunciations = []
+    assert vocabulary_from_msg(msg) == {"gizmo": "", "flange": ""}
+    msg.pronunciations = ["G"]
+    with pytest.raises(LexiconError, match="2 words came with 1 pronunciations"):
+        vocabulary_from_msg(msg)
 
 
 def test_the_status_survives():

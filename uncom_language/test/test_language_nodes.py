@@ -21,7 +21,7 @@ from uncom_language.speech_node import SpeechNode
 
 from uncom_interfaces.msg import Command, SpeechStatus, Transcript
 
-DOMAIN = 40
+DOMAIN = 50
 START_S = 1000.0
 
 

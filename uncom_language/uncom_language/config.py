@@ -23,11 +23,14 @@ class SpeechConfig:
     channels: int = field(default=1, metadata={"description": "interleaved, until /audio_info says otherwise"})
     sample_format: str = field(default="S16LE", metadata={"description": "until /audio_info says otherwise"})
     scene_words: tuple[str, ...] = field(default=("",), metadata={"description": "further words that may be said"})
-    queue_size: int = field(default=8, metadata={"description": "utterances that may wait for the recogniser"})
+    backlog_s: float = field(default=120.0, metadata={"description": "[s] of sound that may wait"})
     vad_mode: int = field(default=_END.vad_mode, metadata={"description": "0 takes most for speech, 3 least"})
     pre_roll_s: float = field(default=_END.pre_roll_s, metadata={"description": "[s] kept before the first sound"})
     hang_over_s: float = field(
         default=_END.hang_over_s, metadata={"description": "[s] of silence that end an utterance"}
+    )
+    quick_pause_s: float = field(
+        default=0.21, metadata={"description": "[s] of silence that end an utterance which is a whole command by then"}
     )
     min_voiced_s: float = field(default=_END.min_voiced_s, metadata={"description": "[s] voiced that begin one"})
     max_length_s: float = field(default=_END.max_length_s, metadata={"description": "[s] after which one is cut"})
@@ -37,8 +40,10 @@ class SpeechConfig:
 
     def __post_init__(self) -> None:
         """Reject unusable values."""
-        if self.queue_size < 1:
-            raise InvalidConfigError("queue_size", self.queue_size, "must be at least 1")
+        if self.backlog_s < 1.0:
+            raise InvalidConfigError("backlog_s", self.backlog_s, "must be at least 1 s")
+        if not 0.1 <= self.quick_pause_s <= 3.0:
+            raise InvalidConfigError("quick_pause_s", self.quick_pause_s, "must be 0.1 to 3 s")
         if self.channels < 1:
             raise InvalidConfigError("channels", self.channels, "must be at least 1")
         self.endpointer()

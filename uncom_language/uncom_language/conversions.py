@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from uncom_common.conversions import header_to_msg, seconds_from_msg, time_to_msg
 
@@ -12,7 +12,9 @@ from uncom_interfaces.msg import Reference as ReferenceMsg
 from uncom_interfaces.msg import SpeechStatus as SpeechStatusMsg
 from uncom_interfaces.msg import Transcript as TranscriptMsg
 from uncom_interfaces.msg import TranscriptAlternative as AlternativeMsg
+from uncom_interfaces.msg import Vocabulary as VocabularyMsg
 from uncom_interfaces.msg import Word as WordMsg
+from uncom_language.exceptions import LexiconError
 from uncom_language.speech.status import SpeechState, SpeechStatus
 from uncom_language.types import Act, Alternative, Command, Primitive, Reference, Relation, Span, Transcript, Word
 
@@ -205,3 +207,22 @@ def speech_status_from_msg(msg: SpeechStatusMsg) -> SpeechStatus:
     return SpeechStatus(
         seconds_from_msg(msg.header.stamp), SpeechState(msg.state), int(msg.rejected), msg.last_rejection
     )
+
+
+def vocabulary_to_msg(words: Mapping[str, str], stamp_s: float) -> VocabularyMsg:
+    """Write words with their pronunciations (ARPAbet; empty: by the spelling)."""
+    return VocabularyMsg(
+        header=header_to_msg(stamp_s, ""), words=list(words), pronunciations=[words[word] for word in words]
+    )
+
+
+def vocabulary_from_msg(msg: VocabularyMsg) -> dict[str, str]:
+    """Read words with their pronunciations.
+
+    Raises:
+        LexiconError: there are pronunciations, but not one for each word.
+    """
+    words, phones = list(msg.words), list(msg.pronunciations)
+    if phones and len(phones) != len(words):
+        raise LexiconError(f"{len(words)} words came with {len(phones)} pronunciations; give one each, or none")
+    return dict(zip(words, phones or [""] * len(words), strict=True))

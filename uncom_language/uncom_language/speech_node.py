@@ -14,9 +14,11 @@ from uncom_common.conversions import seconds_from_msg
 
 from uncom_interfaces.msg import SpeechStatus as SpeechStatusMsg
 from uncom_interfaces.msg import Transcript as TranscriptMsg
+from uncom_interfaces.msg import Vocabulary as VocabularyMsg
 from uncom_language.config import SpeechConfig
-from uncom_language.conversions import speech_status_to_msg, transcript_to_msg
-from uncom_language.exceptions import SoundFormatError
+from uncom_language.conversions import speech_status_to_msg, transcript_to_msg, vocabulary_from_msg
+from uncom_language.exceptions import LanguageError, SoundFormatError
+from uncom_language.parser.patience import patience_s
 from uncom_language.speech.audio import decode_samples
 from uncom_language.speech.factory import check_backend, make_recognizer
 from uncom_language.speech.listener import Listener, ListenerOptions
@@ -43,9 +45,12 @@ class SpeechNode(ConfiguredNode[SpeechConfig]):
             depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.RELIABLE
         )
         self._statuses = self.create_publisher(SpeechStatusMsg, "/uncom/speech_status", 10)
-        options = ListenerOptions(config.endpointer(), f"utterance-{uuid.uuid4().hex[:8]}", config.queue_size)
+        options = ListenerOptions(
+            config.endpointer(), f"utterance-{uuid.uuid4().hex[:8]}", config.backlog_s, self._patience_s
+        )
         self._listener = Listener(self._load, self._heard, self._status, options)
         self._listener.start()
+        self.create_subscription(VocabularyMsg, "/uncom/vocabulary", self._on_vocabulary, latched)
         self.create_subscription(AudioInfo, "/audio_info", self._on_info, latched)
         self.create_subscription(AudioDataStamped, config.audio_topic, self._on_audio, 500)
 
@@ -55,6 +60,16 @@ class SpeechNode(ConfiguredNode[SpeechConfig]):
         )
         self.get_logger().info(f"hearing with {recognizer.backend}")
         return recognizer
+
+    def _patience_s(self, words: str) -> float:
+        config = self.config
+        return patience_s(words, min(config.quick_pause_s, config.hang_over_s), config.hang_over_s, config.language)
+
+    def _on_vocabulary(self, msg: VocabularyMsg) -> None:
+        try:
+            self._listener.learn(vocabulary_from_msg(msg))
+        except LanguageError as error:
+            self.get_logger().error(str(error))
 
     def _on_info(self, msg: AudioInfo) -> None:
         self._format = (

@@ -57,6 +57,7 @@ class Lexicon:
     directed: frozenset[str]
     definite: frozenset[str]
     one: str
+    ones: frozenset[str]
     many: frozenset[str]
     other_determiners: frozenset[str]
     put_down: frozenset[str]
@@ -168,6 +169,7 @@ def lexicon_from_data(language: str, raw: Mapping[str, Any]) -> Lexicon:
         directed=frozenset(raw["directed"]),
         definite=frozenset(raw["definite"]),
         one=str(raw["ones"][0]),
+        ones=frozenset([*raw["ones"], *raw["generic_nouns"], *raw["many"]]),
         many=frozenset(raw["many"]),
         other_determiners=frozenset(raw["other_determiners"]),
         put_down=frozenset(raw["put_down"]),

@@ -76,20 +76,25 @@ def resample(samples: FloatArray, sample_rate: int) -> FloatArray:
     return np.asarray(soxr.resample(samples, sample_rate, SAMPLE_RATE), dtype=np.float32)
 
 
+def missing_floor(samples: Int16Array, snr_db: float = 32.0) -> float:
+    """Return the power of the noise that sound (N,) lacks to have a background `snr_db` below its speech; 0 if none."""
+    frame = SAMPLE_RATE // 50
+    usable = samples[: samples.size - samples.size % frame].astype(np.float64).reshape(-1, frame)
+    if usable.shape[0] < 3:
+        return 0.0
+    power = np.mean(usable**2, axis=1)
+    speech = float(np.mean(power[power >= np.percentile(power, 60)]))
+    background = float(np.percentile(power, 10))
+    return max(0.0, speech / float(10.0 ** (snr_db / 10.0)) - background)
+
+
 def with_floor(samples: Int16Array, snr_db: float = 32.0) -> Int16Array:
     """Return sound (N,) with white noise `snr_db` below its speech, unless its own background is louder.
 
     Cepstral mean normalisation expects the background of a microphone; the perfect silence between synthesised or
     gated words would distort it (measured: without it every second word of clean synthetic speech is lost).
     """
-    frame = SAMPLE_RATE // 50
-    usable = samples[: samples.size - samples.size % frame].astype(np.float64).reshape(-1, frame)
-    if usable.shape[0] < 3:
-        return samples
-    power = np.mean(usable**2, axis=1)
-    speech = float(np.mean(power[power >= np.percentile(power, 60)]))
-    background = float(np.percentile(power, 10))
-    missing = speech / 10.0 ** (snr_db / 10.0) - background
+    missing = missing_floor(samples, snr_db)
     if missing <= 0.0:
         return samples
     noise = np.random.default_rng(0).standard_normal(samples.size) * np.sqrt(missing)
@@ -105,12 +110,21 @@ class StreamResampler:
         Raises:
             SoundFormatError: not a usable rate.
         """
-        if not 1000 <= sample_rate <= 400_000:
-            raise SoundFormatError(f"a sample rate of {sample_rate} Hz cannot be used; 1000 to 400000 can")
+        self.check(sample_rate)
         self.sample_rate = sample_rate
         self._stream = (
             None if sample_rate == SAMPLE_RATE else soxr.ResampleStream(sample_rate, SAMPLE_RATE, 1, dtype="float32")
         )
+
+    @staticmethod
+    def check(sample_rate: int) -> None:
+        """Complain about a rate [Hz] that cannot be used.
+
+        Raises:
+            SoundFormatError: not a usable rate.
+        """
+        if not 1000 <= sample_rate <= 400_000:
+            raise SoundFormatError(f"a sample rate of {sample_rate} Hz cannot be used; 1000 to 400000 can")
 
     def feed(self, samples: FloatArray) -> FloatArray:
         """Return what is ready at 16 kHz."""

@@ -4,38 +4,31 @@
 from __future__ import annotations
 
 import logging
-import math
 import os
 import tempfile
 import threading
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pocketsphinx
 
 from uncom_language.exceptions import RecognizerError
 from uncom_language.speech.acoustic_model import make_shifted_model, read_shift
-from uncom_language.speech.alternatives import Hypothesis, make_alternatives, with_confidences
-from uncom_language.speech.audio import SAMPLE_RATE, Int16Array, as_float, resample, to_int16, with_floor
+from uncom_language.speech.audio import SAMPLE_RATE, as_float, resample, to_int16
 from uncom_language.speech.language_model import ModelWeights, draw_sentences, make_arpa
-from uncom_language.speech.plausibility import why_not_speech
+from uncom_language.speech.pocketsphinx_hearing import PocketSphinxHearing, decode_whole
 from uncom_language.speech.pronunciation import pronounce, with_accents
-from uncom_language.speech.recognizer import Recognition, Recognizer, Samples
+from uncom_language.speech.recognizer import Hearing, Recognition, Recognizer, Samples
 from uncom_language.speech.timeline import shifted
-from uncom_language.types import Word
 
 _LOG = logging.getLogger(__name__)
-_FRAME_S = 0.01
 _LONGEST_S = 30.0
-# Scores of PocketSphinx are 1/1024 of log likelihoods; its own posteriors divide those by 20 (-ascale).
-_SCORE_TO_LOG = 1024.0 / 20.0
-_MIN_DECIBEL = -70.0
-_RISE_DB = 6.0  # a word's first sound stands out of the background by this
+# Probability of a word that is learnt at run time, among single words.
+_NEW_WORD_SHARE = 0.001
 # Made by tools/adapt_to_voices.py: how the means move for synthesised voices.
 _SYNTHETIC_VOICES = Path(__file__).parent / "models" / "synthetic_voices.npz"
 
@@ -139,6 +132,8 @@ class PocketSphinxRecognizer(Recognizer):
                 lw=self._weights.lw,
                 wip=self._weights.wip,
                 maxhmmpf=self._weights.max_active,
+                # A second pass over the utterance at its end: it costs a third of the time and no word less is wrong.
+                fwdflat=False,
                 # Its tracker starts anew with every utterance and takes the first word for noise.
                 remove_noise=False,
                 logfn=os.devnull,
@@ -160,98 +155,42 @@ class PocketSphinxRecognizer(Recognizer):
     def transcribe(self, samples: Samples, sample_rate: int) -> Recognition:
         """Recognise one utterance; long sound is taken in pieces of at most 30 s."""
         sound = to_int16(resample(as_float(samples), sample_rate))
-        if sound.size < SAMPLE_RATE // 10:
-            return Recognition(reason="too short for a word")
-        if _level_db(sound) < _MIN_DECIBEL:
-            return Recognition(reason="silence")
-        sound = with_floor(sound)
         piece = round(_LONGEST_S * SAMPLE_RATE)
-        if sound.size <= piece:
-            return self._decode(sound)
-        starts = range(0, sound.size, piece)
-        parts = [self._decode(sound[start : start + piece]) for start in starts]
+        starts = range(0, max(sound.size, 1), piece)
+        with self._lock:
+            parts = [
+                decode_whole(self._decoders, sound[start : start + piece], self._weights.alternatives)
+                for start in starts
+            ]
+        if len(parts) == 1:
+            return parts[0]
         offsets = [start / SAMPLE_RATE for start in starts]
         words = tuple(word for part, offset in zip(parts, offsets, strict=True) for word in shifted(part.words, offset))
         return Recognition(words, reason="" if words else parts[0].reason)
 
-    def _decode(self, sound: Int16Array) -> Recognition:
-        """Decode with the model of people's voices and with that of synthesised ones; the likelier one counts."""
+    def open(self) -> Hearing:
+        """Begin an utterance that is decoded while it arrives; it needs the decoders for itself until it ends."""
+        return PocketSphinxHearing(self._decoders, self._weights.alternatives)
+
+    def add_words(self, words: Mapping[str, str]) -> tuple[str, ...]:
+        """Learn words at once; those that the dictionary knows keep its pronunciations."""
+        added: list[str] = []
+        known = _dictionary()
         with self._lock:
-            scored = [_Scored(decoder, _run(decoder, sound)) for decoder in self._decoders]
-            best = max(scored, key=lambda one: one.score)
-            if best.score == -math.inf:
-                return Recognition(reason="no words in it")
-            words = tuple(
-                Word(
-                    _plain(part.word),
-                    part.start_frame * _FRAME_S,
-                    (part.end_frame + 1) * _FRAME_S,
-                )
-                for part in best.decoder.seg()
-                if _is_word(part.word)
-            )
-            hypotheses = _hypotheses(best.decoder, 10 * self._weights.alternatives)
-        if not words:
-            return Recognition(reason="no words in it")
-        words = with_confidences(_onset_trimmed(words, sound), hypotheses)
-        reason = why_not_speech(sound, words)
-        if reason:
-            return Recognition(reason=reason)
-        return Recognition(words, make_alternatives(words, hypotheses)[: self._weights.alternatives])
+            for text, phones in words.items():
+                for word in text.lower().split():
+                    if not word.replace("'", "").isalpha() or self._decoders[0].lookup_word(word) is not None:
+                        continue
+                    said = phones.upper() if phones and len(text.split()) == 1 else ""
+                    self._learn(word, (said,) if said else known.get(word) or (pronounce(word),))
+                    added.append(word)
+        return tuple(added)
 
-
-@dataclass(frozen=True, slots=True)
-class _Scored:
-    decoder: Any
-    score: float
-
-
-def _run(decoder: Any, sound: Int16Array) -> float:
-    """Decode; return the log score of the best path, minus infinity if there is none."""
-    decoder.start_stream()  # forget the noise of earlier utterances: the same sound gives the same words
-    decoder.start_utt()
-    decoder.process_raw(sound.tobytes(), no_search=False, full_utt=True)
-    decoder.end_utt()
-    best = decoder.hyp()
-    if best is None or not best.hypstr or best.best_score <= 0.0:
-        return -math.inf
-    return math.log(best.best_score) * _SCORE_TO_LOG
-
-
-def _onset_trimmed(words: tuple[Word, ...], sound: Int16Array) -> tuple[Word, ...]:
-    """Let the first word begin where sound rises from the background; the search gives it silence before it."""
-    frame = round(_FRAME_S * SAMPLE_RATE)
-    usable = sound[: sound.size - sound.size % frame].astype(np.float64).reshape(-1, frame)
-    level = 10.0 * np.log10(np.mean(usable**2, axis=1) + 1.0)
-    first = words[0]
-    begin, end = (round(time / _FRAME_S) for time in (first.start_s, first.end_s))
-    loud = np.flatnonzero(level[begin:end] > np.percentile(level, 10) + _RISE_DB)
-    if loud.size == 0 or int(loud[0]) <= 3:
-        return words
-    return (replace(first, start_s=(begin + int(loud[0]) - 3) * _FRAME_S), *words[1:])
-
-
-def _hypotheses(decoder: Any, limit: int) -> tuple[Hypothesis, ...]:
-    """Return the distinct n-best hypotheses, best first, with log scores."""
-    found: dict[tuple[str, ...], float] = {}
-    for number, hypothesis in enumerate(decoder.nbest()):
-        if number >= limit:
-            break
-        if hypothesis.hypstr and hypothesis.score > 0.0:
-            words = tuple(_plain(word) for word in hypothesis.hypstr.split() if _is_word(word))
-            score = math.log(hypothesis.score) * _SCORE_TO_LOG
-            found[words] = max(score, found.get(words, -math.inf))
-    return tuple(sorted((Hypothesis(words, score) for words, score in found.items()), key=lambda h: -h.score))
-
-
-def _level_db(sound: Int16Array) -> float:
-    return 10.0 * math.log10(float((sound.astype("float64") ** 2).mean()) / 32768.0**2 + 1e-12)
-
-
-def _plain(word: str) -> str:
-    """Return a word without the number of its pronunciation."""
-    return word.partition("(")[0]
-
-
-def _is_word(word: str) -> bool:
-    return not word.startswith(("<", "[", "+"))
+    def _learn(self, word: str, variants: Sequence[str]) -> None:
+        for decoder in self._decoders:
+            for number, phones in enumerate(variants):
+                try:
+                    decoder.add_word(f"{word}({number + 1})" if number else word, phones, number == len(variants) - 1)
+                except RuntimeError as error:
+                    raise RecognizerError(f"{phones!r} is no pronunciation (ARPAbet) of {word!r}") from error
+            decoder.get_lm(decoder.current_search()).add_word(word, _NEW_WORD_SHARE)

@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from uncom_language.speech.audio import SAMPLE_RATE, Int16Array
 from uncom_language.types import Alternative, Word
 
 Samples = npt.NDArray[np.int16] | npt.NDArray[np.float32]
@@ -31,8 +33,43 @@ class Recognition:
         return " ".join(word.text for word in self.words)
 
 
+class Hearing(ABC):
+    """One utterance that is recognised while it arrives: mono int16 samples at 16 kHz."""
+
+    @abstractmethod
+    def feed(self, samples: Int16Array) -> None:
+        """Take the next samples (N,)."""
+
+    @abstractmethod
+    def words_so_far(self) -> str:
+        """Return the words that are likeliest by now, as one line; empty if that is not known yet."""
+
+    @abstractmethod
+    def finish(self) -> Recognition:
+        """End the utterance and return what it was; times [s] count from its first sample."""
+
+
+class _Collecting(Hearing):
+    """For recognisers that need the whole utterance."""
+
+    def __init__(self, recognizer: Recognizer) -> None:
+        self._recognizer = recognizer
+        self._pieces: list[Int16Array] = []
+
+    def feed(self, samples: Int16Array) -> None:
+        self._pieces.append(samples)
+
+    def words_so_far(self) -> str:
+        return ""
+
+    def finish(self) -> Recognition:
+        if not self._pieces:
+            return Recognition(reason="no sound")
+        return self._recognizer.transcribe(np.concatenate(self._pieces), SAMPLE_RATE)
+
+
 class Recognizer(ABC):
-    """Turns one utterance into words."""
+    """Turns utterances into words."""
 
     @property
     @abstractmethod
@@ -51,3 +88,15 @@ class Recognizer(ABC):
         Raises:
             SoundFormatError: samples of another type or shape.
         """
+
+    def open(self) -> Hearing:
+        """Begin an utterance that arrives piece by piece; one at a time."""
+        return _Collecting(self)
+
+    def add_words(self, words: Mapping[str, str]) -> tuple[str, ...]:  # noqa: ARG002 - this one knows all words
+        """Learn further words from now on: word to pronunciation (ARPAbet; empty: by its spelling).
+
+        Returns:
+            the words that were new.
+        """
+        return ()

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +29,31 @@ class Segment:
     def end_s(self) -> float:
         """Time just after the last sample."""
         return self.start_s + self.samples.size / SAMPLE_RATE
+
+
+@dataclass(frozen=True, slots=True)
+class Opened:
+    """An utterance began; the sound since its pre-roll."""
+
+    samples: Int16Array
+    start_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """The next frame of the open utterance."""
+
+    samples: Int16Array
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """The utterance is over; None if it did not stand out of the background."""
+
+    segment: Segment | None
+
+
+Event = Opened | Heard | Ended
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +120,11 @@ class UtteranceStream:
         return bool(self._frames)
 
     @property
+    def silent_s(self) -> float:
+        """How long nothing was said within the open utterance."""
+        return self._silent * FRAME_S
+
+    @property
     def now_s(self) -> float:
         """Time up to which all sound was examined."""
         return self._time(self._position)
@@ -114,14 +145,23 @@ class UtteranceStream:
         Raises:
             SoundFormatError: neither int16 nor floating point samples.
         """
+        ended = [event.segment for event in self.events(samples, stamp_s) if isinstance(event, Ended)]
+        return [segment for segment in ended if segment is not None]
+
+    def events(self, samples: npt.NDArray[np.generic], stamp_s: float) -> Iterator[Event]:
+        """Add samples as `feed` does; yield what happens frame by frame. Between events, `cut` may end the utterance.
+
+        Raises:
+            SoundFormatError: neither int16 nor floating point samples.
+        """
         mono = as_float(samples)
-        ended: list[Segment] = []
         rate = self._resampler.sample_rate
         if self._origin_s is None:
             self._origin_s = stamp_s
         expected = self._origin_s + self._fed_in / rate
         if abs(stamp_s - expected) > 0.2:
-            ended.extend(self.flush())
+            if self._frames:
+                yield self.cut()
             self._resampler = StreamResampler(rate)
             self._reset()
             self._origin_s, self._fed_in = stamp_s, 0
@@ -131,14 +171,14 @@ class UtteranceStream:
         self._rest = np.concatenate([self._rest, self._resampler.feed(mono)])
         while self._rest.size >= _FRAME:
             frame, self._rest = to_int16(self._rest[:_FRAME]), self._rest[_FRAME:]
-            ended.extend(self._frame(frame))
-        return ended
+            yield from self._frame(frame)
 
     def flush(self) -> list[Segment]:
         """End the open utterance, if there is one (end of a file, a gap in the stream)."""
-        return self._cut() if self._frames else []
+        segment = self.cut().segment if self._frames else None
+        return [segment] if segment is not None else []
 
-    def _frame(self, frame: Int16Array) -> list[Segment]:
+    def _frame(self, frame: Int16Array) -> Iterator[Event]:
         voiced = self._is_voiced(frame)
         self._history.append(frame)
         self._voiced.append(voiced)
@@ -146,13 +186,16 @@ class UtteranceStream:
         if not self._frames:
             if sum(self._voiced) * FRAME_S >= self.config.min_voiced_s:
                 self._open()
-            return []
+                yield Opened(np.concatenate(self._frames), self._time(self._start))
+            return
         self._frames.append(frame)
         self._silent = 0 if voiced else self._silent + 1
+        yield Heard(frame)
+        if not self._frames:  # cut by who got the frame
+            return
         long = len(self._frames) * FRAME_S >= self.config.max_length_s
         if long or self._silent * FRAME_S >= self.config.hang_over_s:
-            return self._cut()
-        return []
+            yield self.cut()
 
     def _open(self) -> None:
         """Begin an utterance, pre-roll before the first voiced frame of the onset window."""
@@ -163,7 +206,7 @@ class UtteranceStream:
         self._start = self._position - kept * _FRAME
         self._silent = 0
 
-    def _cut(self) -> list[Segment]:
+    def cut(self) -> Ended:
         """End the open utterance; it counts if it stands out of the background as known by now."""
         segment = Segment(np.concatenate(self._frames), self._time(self._start))
         threshold = self._background() + self.config.margin_db
@@ -172,7 +215,7 @@ class UtteranceStream:
         self._silent = 0
         self._voiced.clear()
         self._history.clear()
-        return [segment] if standing_out * FRAME_S >= self.config.min_voiced_s else []
+        return Ended(segment if standing_out * FRAME_S >= self.config.min_voiced_s else None)
 
     def _background(self) -> float:
         """Return the level [dB] of the quietest tenth of the last seconds: the background even during speech."""
