@@ -27,16 +27,16 @@ from uncom_language.speech.utterance_stream import UtteranceStream
 from uncom_language.types import Act, Command, Transcript
 from uncom_perception.hands.backends import make_gesture_reader
 from uncom_perception.objects.backends import make_detector
-from uncom_perception.types import HandsFrame
+from uncom_perception.types import HandsFrame, Scene
+from uncom_reasoner.conversation import Conversation
 from uncom_reasoner.decisions import failed
-from uncom_reasoner.exceptions import NotSupportedError
-from uncom_reasoner.grounding import ground
-from uncom_reasoner.job import object_end, target_end, words_span
-from uncom_reasoner.memory import Memory, remember
-from uncom_reasoner.phrases import phrases_of
+from uncom_reasoner.gathering import evidence_of
+from uncom_reasoner.job import Job, words_span
+from uncom_reasoner.memory import Memory
+from uncom_reasoner.phrases import goes_back, phrases_of
 from uncom_reasoner.senses import SeenHands, Senses
-from uncom_reasoner.types import Decision, Evidence, View
-from uncom_reasoner.weights import load_weights
+from uncom_reasoner.types import Decision, Evidence
+from uncom_reasoner.weights import Weights, load_weights
 from uncom_reasoner.wording import refusal
 
 from uncom_bringup.chain_config import ChainConfig
@@ -92,6 +92,7 @@ class Grounding:
     command: Command
     decision: Decision
     evidence: Evidence | None = None
+    others: tuple[Decision, ...] = ()  # of a group, those of the further things
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +131,7 @@ class Chain:
         language = self.config.language
         self._understanding = Understanding(language.backend, language.language, language.max_alternative_loss)
         self._detector = make_detector(self.config.detection.backend, self.config.detection.lexicon)
-        self._weights = load_weights(self.config.reasoner.weights_file)
+        self._weights: Weights = load_weights(self.config.reasoner.weights_file)
         self._placing = self.config.reasoner.placing()
 
     @property
@@ -185,59 +186,59 @@ class Chain:
         Raises:
             UncomError: the detector cannot work with the image.
         """
-        until_s = next((h.stamp_s for h in hands if h.stamp_s >= self.needed_until_s(command)), float("inf"))
-        senses = self._senses(recording, [h for h in hands if h.stamp_s <= until_s], until_s)
-        choice = senses.scene_frame(command)
+        senses = self._senses(recording, hands, self.needed_until_s(command))
+        until_s = senses.look_until(command)
+        choice = senses.scene_frame(command, float("inf") if until_s is None else until_s)
         image = senses.image_at(choice.stamp_s) if choice is not None else None
         if choice is None or image is None:
             return None
-        base = self.config.reasoner.base_frame
-        pose = senses.camera_in_base(choice.stamp_s)
-        phrases = phrases_of(command, memory.noun)
-        same = (e.scene for e in known if e.scene.stamp_s == choice.stamp_s and e.phrases == phrases)
-        scene = next(same, None)
-        if scene is None:
-            scene = self._detector.detect(
-                image,
-                senses.depth_at(choice.stamp_s),
-                recording.camera,
-                pose,
-                phrases,
-                senses.hands_at(choice.stamp_s) if choice.with_hand else None,
-                choice.stamp_s,
-            )
-            scene = dataclasses.replace(scene, frame_id=base if pose is not None else recording.camera_frame)
-        return Evidence(
-            command=command,
-            scene=scene,
-            phrases=phrases,
-            view=View(recording.camera, pose if pose is not None else np.eye(4)),
-            rays=senses.rays(command, None if pose is not None else np.eye(4)),
-            object_frame_s=senses.nearest_image_s(object_end(command)),
-            target_frame_s=senses.nearest_image_s(target_end(command)),
+        job = Job(command, 0.0, 0.0, scene_s=choice.stamp_s, with_hand=choice.with_hand)
+        job.phrases = phrases_of(command, memory.noun)
+        same = (e.scene for e in known if e.scene.stamp_s == choice.stamp_s and e.phrases == job.phrases)
+        job.scene = next(same, None) or self._detect(recording, senses, job, image)
+        enough_s = senses.hands_until(command, self._weights)
+        job.until_s = float("inf") if enough_s is None else enough_s
+        return evidence_of(job, senses, self.config.reasoner.base_frame)
+
+    def _detect(self, recording: Recording, senses: Senses, job: Job, image: Rgb) -> Scene:
+        pose = senses.camera_in_base(job.scene_s)
+        scene = self._detector.detect(
+            image,
+            senses.depth_at(job.scene_s),
+            recording.camera,
+            pose,
+            job.phrases,
+            senses.hands_at(job.scene_s) if job.with_hand else None,
+            job.scene_s,
         )
+        frame_id = self.config.reasoner.base_frame if pose is not None else recording.camera_frame
+        return dataclasses.replace(scene, frame_id=frame_id)
 
     def _senses(self, recording: Recording, hands: Sequence[HandsFrame], until_s: float) -> Senses:
+        """Remember what came up to the first image at or after a time [s]."""
         senses = Senses(self.config.reasoner)
         senses.camera, senses.camera_frame = recording.camera, recording.camera_frame
         for transform, static in recording.transforms:
             senses.transforms.add(transform, static=static)
         for frame in recording.frames():
-            if frame.stamp_s > until_s:
-                break
             senses.images.add(frame.stamp_s, frame.rgb)
             if frame.depth is not None and self.config.reasoner.use_depth:
                 senses.depths.add(frame.stamp_s, frame.depth)
+            if frame.stamp_s >= until_s:
+                break
+        last_s = senses.images.latest_s()
         for seen in hands:
-            senses.hands.add(seen.stamp_s, SeenHands(seen, seen))
+            if seen.stamp_s <= last_s:
+                senses.hands.add(seen.stamp_s, SeenHands(seen, seen))
         return senses
 
-    def decide(self, evidence: Evidence, memory: Memory) -> Decision:
-        """Ground one command."""
-        try:
-            return ground(evidence, self._weights, self._placing, memory)
-        except NotSupportedError as error:
-            return Decision(failed(evidence.command, str(error)))
+    def conversation(self) -> Conversation:
+        """Return a conversation without a past."""
+        return Conversation(self._weights, self._placing, self.config.reasoner.question_timeout_s)
+
+    def decide(self, evidence: Evidence) -> Decision:
+        """Ground one command that follows no other; of a group the first thing."""
+        return self.conversation().decide(evidence, 0.0).decisions[0]
 
     def understand(self, recording: Recording, watch_until_s: float = float("-inf")) -> ChainResult:
         """Understand a recording from its sound to its grounded commands.
@@ -268,30 +269,44 @@ class Chain:
         scenes: Sequence[Evidence] = (),
         clock: _Clock | None = None,
     ) -> tuple[Grounding, ...]:
-        """Ground commands one after the other, each knowing of those before; scenes are looked at already."""
-        clock = clock or _Clock()
-        memory = Memory()
+        """Ground commands one after the other, each knowing of those before; scenes are looked at already.
+
+        Nobody answers questions here: a command that is asked about stays so, and what comes after it is left.
+        """
+        clock, talk = clock or _Clock(), self.conversation()
         done: list[Grounding] = []
         for command in commands:
-            if command.act in (Act.REFUSED, Act.INCOMPLETE):
-                done.append(Grounding(command, Decision(failed(command, refusal(command)))))
-            if command.act is not Act.COMMAND:
-                continue
-            start = time.process_time()
-            try:
-                evidence = self.look(recording, command, hands, memory, scenes)
-            except UncomError as error:
-                reason = f"I cannot look at the table: {error}"
-                done.append(Grounding(command, Decision(failed(command, reason))))
-                continue
-            clock.add("detection", start)
-            if evidence is None:
-                reason = "I see nothing: no camera images arrive."
-                done.append(Grounding(command, Decision(failed(command, reason))))
-                continue
-            start = time.process_time()
-            decision = self.decide(evidence, memory)
-            memory = remember(memory, command, decision.grounded)
-            done.append(Grounding(command, decision, evidence))
-            clock.add("deciding", start)
+            grounding = self._ground(recording, command, hands, scenes, talk, clock)
+            if grounding is not None:
+                done.append(grounding)
+            if talk.dialogue.question is not None:
+                break
         return tuple(done)
+
+    def _ground(
+        self,
+        recording: Recording,
+        command: Command,
+        hands: Sequence[HandsFrame],
+        scenes: Sequence[Evidence],
+        talk: Conversation,
+        clock: _Clock,
+    ) -> Grounding | None:
+        if command.act is Act.INCOMPLETE and goes_back(command):
+            command = dataclasses.replace(command, act=Act.COMMAND)
+        if command.act in (Act.REFUSED, Act.INCOMPLETE, Act.FRAGMENT):
+            return Grounding(command, Decision(failed(command, refusal(command))))
+        if command.act is not Act.COMMAND:
+            return None
+        start = time.process_time()
+        try:
+            evidence = self.look(recording, command, hands, talk.memory, scenes)
+        except UncomError as error:
+            return Grounding(command, Decision(failed(command, f"I cannot look at the table: {error}")))
+        clock.add("detection", start)
+        if evidence is None:
+            return Grounding(command, Decision(failed(command, "I see nothing: no camera images arrive.")))
+        start = time.process_time()
+        turn = talk.decide(evidence, 0.0)
+        clock.add("deciding", start)
+        return Grounding(command, turn.decisions[0], evidence, turn.decisions[1:])

@@ -24,6 +24,7 @@ from uncom_sim.exceptions import SimError
 from uncom_sim.types import ObjectState, SpokenWord
 
 SAMPLE_RATE_HZ = 16000
+DEPTH_ENCODING = "32FC1"  # what image_codec.encode_depth writes
 _META, _SOUND = "take.json", "sound.npy"
 
 

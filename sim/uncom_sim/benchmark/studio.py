@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from uncom_bringup.image_codec import encode_depth, encode_jpeg
 
+from uncom_bringup import image_codec
 from uncom_sim.benchmark.recording import Link, StoredFrame, TakeRecording, TruePointing, Truth
 from uncom_sim.benchmark.values import TakePlan
 from uncom_sim.camera.noise import CameraNoise
@@ -33,7 +34,7 @@ _SOURCES = ("person", "objects", "camera", "room.py", "world.py", "benchmark/stu
 def generator_version() -> str:
     """Return a digest of all that draws and speaks: takes made by other sources are others."""
     root = Path(str(resources.files("uncom_sim")))
-    digest = hashlib.sha256()
+    digest = hashlib.sha256(Path(str(image_codec.__file__)).read_bytes())
     for name in _SOURCES:
         path = root / name
         for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:

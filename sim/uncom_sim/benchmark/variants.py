@@ -11,7 +11,6 @@ from uncom_bringup.chain import Chain, ChainResult, Grounding
 from uncom_bringup.chain_published import decide_as_published
 from uncom_language.types import Act, Command, Reference, Transcript, Word
 from uncom_perception.types import HandsFrame
-from uncom_reasoner.memory import Memory
 from uncom_reasoner.phrases import is_place_word
 from uncom_reasoner.types import Evidence, GroundedCommand
 
@@ -49,7 +48,7 @@ def study(
     def verdict(changed: Evidence | None) -> Verdict:
         if changed is None:
             return judge(plan, states, None)
-        return judge(plan, states, chain.decide(changed, Memory()).grounded)
+        return judge(plan, states, chain.decide(changed).grounded)
 
     verdicts["published"] = judge(plan, states, _published(evidence, hands))
     verdicts["true_detections"] = verdict(_with_true_scene(evidence, plan, recording))
