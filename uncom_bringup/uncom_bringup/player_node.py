@@ -4,17 +4,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-import rclpy
 from rclpy.duration import Duration
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
-from rclpy.serialization import deserialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 from uncom_common.conversions import time_to_msg
@@ -26,7 +23,7 @@ from uncom_bringup.exceptions import BadInputError, UnknownTypeError
 from uncom_bringup.topics import NOT_REPLAYED
 
 _COMPRESSED = "sensor_msgs/msg/CompressedImage"
-_SUFFIXES = ("/compressedDepth", "/compressed")
+_TRANSPORTS = ("compressedDepth", "compressed")
 _CLOCK_PERIOD_NS = 10_000_000
 
 
@@ -39,12 +36,27 @@ class _Channel:
     image: Any | None
 
 
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """A message that only has to be sent: who sends what bytes."""
+
+    time_ns: int
+    parcels: tuple[tuple[Any, bytes], ...]
+
+
 class PlayerNode(Node):
     """Publishes the messages of a bag, compressed images as plain ones too."""
 
-    def __init__(self, topics: Collection[BagTopic], clock: bool = False, **node_options: Any) -> None:
+    def __init__(
+        self,
+        topics: Collection[BagTopic],
+        clock: bool = False,
+        remap: Mapping[str, str] | None = None,
+        **node_options: Any,
+    ) -> None:
         """Make the publishers; a type that is not installed is skipped with one line."""
         super().__init__("uncom_player", **node_options)
+        self._remap = dict(remap or {})
         self._channels: dict[str, _Channel] = {}
         for topic in topics:
             try:
@@ -65,9 +77,15 @@ class PlayerNode(Node):
         if topic.latched:
             qos.durability = QoSDurabilityPolicy.TRANSIENT_LOCAL
         image = None
-        if topic.type_name == _COMPRESSED and topic.name.endswith(_SUFFIXES):
-            image = self.create_publisher(Image, topic.name.rsplit("/", 1)[0], QoSProfile(depth=10))
-        return _Channel(self.create_publisher(message_type, topic.name, qos), message_type, image)
+        base, _, transport = topic.name.rpartition("/")
+        compressed = topic.type_name == _COMPRESSED and transport in _TRANSPORTS
+        if compressed:
+            image = self.create_publisher(Image, self._remap.get(base, base), QoSProfile(depth=10))
+        # As image_transport does it, a new name of the image is a new name of its compressed form.
+        name = f"{self._remap[base]}/{transport}" if compressed and base in self._remap else topic.name
+        return _Channel(
+            self.create_publisher(message_type, self._remap.get(topic.name, name), qos), message_type, image
+        )
 
     def image_topic(self, topic: str) -> tuple[str, ...]:
         """Return the name under which a topic's compressed images are published as plain ones, if they are."""
@@ -83,18 +101,31 @@ class PlayerNode(Node):
                     left = max(0.0, deadline - time.monotonic())
                     publisher.wait_for_all_acked(Duration(nanoseconds=int(1e9 * left)))
 
-    def publish(self, message: BagMessage) -> None:
-        """Publish one message now.
+    def prepare(self, message: BagMessage) -> Prepared:
+        """Do all work that sending a message takes, but for sending it; may be called from another thread.
 
-        Raises:
-            BadInputError: a compressed image is damaged.
+        A compressed image that is damaged is sent as it is only, with a warning.
         """
         channel = self._channels.get(message.topic.name)
         if channel is None:
-            return
-        channel.raw.publish(message.data)
+            return Prepared(message.time_ns, ())
+        parcels: list[tuple[Any, bytes]] = [(channel.raw, message.data)]
         if channel.image is not None and channel.image.get_subscription_count() > 0:
-            channel.image.publish(compressed_to_image(deserialize_message(message.data, channel.message_type)))
+            try:
+                image = compressed_to_image(deserialize_message(message.data, channel.message_type))
+                parcels.append((channel.image, serialize_message(image)))
+            except BadInputError as error:
+                self.get_logger().warning(f"{message.topic.name}: {error}", throttle_duration_sec=5.0)
+        return Prepared(message.time_ns, tuple(parcels))
+
+    def send(self, prepared: Prepared) -> None:
+        """Publish what was prepared."""
+        for publisher, data in prepared.parcels:
+            publisher.publish(data)
+
+    def publish(self, message: BagMessage) -> None:
+        """Publish one message now."""
+        self.send(self.prepare(message))
 
     def tell_time(self, time_ns: int) -> None:
         """Publish the bag's time on /clock, at most every 10 ms of it."""
@@ -119,71 +150,3 @@ def chosen_topics(bag: BagReader, names: Collection[str]) -> list[BagTopic]:
     if not chosen:
         raise BadInputError(f"nothing to replay; name topics with --topics: {', '.join(t.name for t in bag.topics)}")
     return chosen
-
-
-def replay(path: Path, *, rate: float, loop: bool, clock: bool, topics: Collection[str]) -> int:
-    """Replay a bag; the body of `uncom replay`. Returns the exit status."""
-    with BagReader(path) as bag:
-        chosen = chosen_topics(bag, topics)
-        rclpy.init()
-        node = PlayerNode(chosen, clock)
-        try:
-            names = node.published_topics
-            if not names:
-                raise BadInputError(f"none of the bag's message types is installed here: {path}")
-            output.note(f"replaying {bag.duration_s:.1f} s, {len(names)} topics, at rate {rate:g}")
-            _wait_for_discovery(node)
-            while True:
-                count = play(bag, node, rate, names)
-                output.note(f"{count} messages replayed")
-                if not loop:
-                    break
-        except (KeyboardInterrupt, ExternalShutdownException):
-            output.note("stopped")
-        finally:
-            node.destroy_node()
-            rclpy.try_shutdown()
-    return 0
-
-
-def _wait_for_discovery(node: Node, seconds: float = 1.0) -> None:
-    """Give subscribers time to find the publishers: what is published before that is lost to them."""
-    time.sleep(seconds)
-    node.get_logger().debug("discovery time is over")
-
-
-def play(
-    bag: BagReader,
-    node: PlayerNode,
-    rate: float,
-    names: Collection[str],
-    watch: Callable[[], None] = lambda: None,
-    published: Callable[[BagMessage], None] = lambda _: None,
-) -> int:
-    """Publish a bag once, at its own pace times `rate`, or slower. Returns how many messages.
-
-    `watch` is called while waiting, and `published` after each message: time stands still until it returns.
-
-    Raises:
-        BagError: the bag is damaged from its first message on.
-    """
-    begin = time.monotonic()  # moved on while time stands still
-    start_ns = bag.start_ns
-    count = 0
-    for message in bag.messages(names):
-        offset_ns = message.time_ns - start_ns
-        while True:
-            ahead_s = 1e-9 * offset_ns / rate - (time.monotonic() - begin)
-            if ahead_s <= 0.0:
-                break
-            # In simulated time the clock goes on between messages, too.
-            node.tell_time(start_ns + int(1e9 * rate * (time.monotonic() - begin)))
-            watch()
-            time.sleep(min(ahead_s, 0.005))
-        node.tell_time(message.time_ns)
-        node.publish(message)
-        count += 1
-        paused = time.monotonic()
-        published(message)
-        begin += time.monotonic() - paused
-    return count

@@ -63,6 +63,11 @@ def positive_float(text: str) -> float:
     return value
 
 
+def natural_float(text: str) -> float:
+    """Read a number from 0 on (an argparse type)."""
+    return 0.0 if text.strip() in ("0", "0.0") else positive_float(text)
+
+
 def natural_number(text: str) -> int:
     """Read 0, 1, 2, ... (an argparse type)."""
     try:
