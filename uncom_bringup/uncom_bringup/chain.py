@@ -19,11 +19,10 @@ import numpy.typing as npt
 from uncom_common.camera import PinholeCamera
 from uncom_common.exceptions import UncomError
 from uncom_common.transforms import StampedTransform
+from uncom_language.parser.patience import patience_s
 from uncom_language.parser.understanding import Understanding
-from uncom_language.speech.audio import SAMPLE_RATE
 from uncom_language.speech.factory import make_recognizer
-from uncom_language.speech.timeline import shifted_transcript
-from uncom_language.speech.utterance_stream import UtteranceStream
+from uncom_language.speech.listener import Listener, ListenerOptions
 from uncom_language.types import Act, Command, Transcript
 from uncom_perception.hands.backends import make_gesture_reader
 from uncom_perception.objects.backends import make_detector
@@ -43,6 +42,11 @@ from uncom_bringup.chain_config import ChainConfig
 
 Rgb = npt.NDArray[np.uint8]
 Depth = npt.NDArray[np.float32]
+
+_CHUNK_S = 0.05  # as the robot's audio driver sends it
+_PORTION_S = 10.0
+_QUIET_S = 1.0
+_PATIENCE_S = 600.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,14 +147,29 @@ class Chain:
 
     def hear(self, recording: Recording) -> tuple[Transcript, ...]:
         """Return what is said, an utterance each; their ids count from 1."""
-        stream = UtteranceStream(self.config.speech.endpointer(), recording.sample_rate)
-        heard: list[Transcript] = []
-        for segment in [*stream.feed(recording.samples, recording.sound_start_s), *stream.flush()]:
-            words = self._recognizer.transcribe(segment.samples, SAMPLE_RATE)
-            if words.words:
-                name = f"utterance-{len(heard) + 1}"
-                heard.append(shifted_transcript(words, segment.start_s, name, self._recognizer))
+        speech, heard = self.config.speech, list[Transcript]()
+        options = ListenerOptions(speech.endpointer(), "utterance", speech.backlog_s, self._patience_s)
+        listener = Listener(lambda: self._recognizer, heard.append, lambda _: None, options)
+        rate = recording.sample_rate
+        quiet = np.zeros(round(_QUIET_S * rate), np.int16)
+        sound = np.concatenate([recording.samples, quiet])  # so that the last word has its end
+        listener.start()
+        try:
+            for first in range(0, len(sound), round(_CHUNK_S * rate)):
+                # Never more than may wait, so that nothing is dropped, however slow the machine is.
+                if first % round(_PORTION_S * rate) == 0:
+                    listener.wait_until_idle(_PATIENCE_S)
+                chunk = sound[first : first + round(_CHUNK_S * rate)]
+                listener.feed(chunk, rate, recording.sound_start_s + first / rate)
+            listener.wait_until_idle(_PATIENCE_S)
+        finally:
+            listener.stop()
         return tuple(heard)
+
+    def _patience_s(self, words: str) -> float:
+        speech = self.config.speech
+        quick_s = min(speech.quick_pause_s, speech.hang_over_s)
+        return patience_s(words, quick_s, speech.hang_over_s, speech.language)
 
     def parse(self, transcript: Transcript) -> tuple[Command, ...]:
         """Return the commands of one utterance."""

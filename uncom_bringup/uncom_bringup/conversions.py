@@ -19,6 +19,7 @@ from uncom_bringup.topics import Form
 
 _RGB_FORMAT = "rgb8; jpeg compressed bgr8"
 _DEPTH_FORMAT = "32FC1; compressedDepth png"
+COMPRESSED_FORMATS = {Form.IMAGE: _RGB_FORMAT, Form.DEPTH: _DEPTH_FORMAT}  # what the codec's bytes are
 # Clouds and masks are large and say nothing to a reader.
 HEAVY = frozenset({"cloud", "mask", "data"})
 

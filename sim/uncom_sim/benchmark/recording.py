@@ -95,7 +95,8 @@ class TakeRecording:
     @cached_property
     def _decoded(self) -> tuple[CameraFrame, ...]:
         return tuple(
-            CameraFrame(f.stamp_s, decode_colour(f.jpeg), decode_depth(f.depth_png, "32FC1")) for f in self.stored
+            CameraFrame(f.stamp_s, decode_colour(f.jpeg), decode_depth(f.depth_png, DEPTH_ENCODING))
+            for f in self.stored
         )
 
     def frames(self) -> Iterator[CameraFrame]:
