@@ -20,16 +20,17 @@ from uncom_common.conversions import (
     stamped_transform_to_msg,
 )
 from uncom_common.transforms import StampedTransform
-from uncom_perception.conversions import hands_from_msg, mask_from_msg, scene_from_response
+from uncom_perception.conversions import hands_from_msg, mask_from_msg, models_to_msg, scene_from_response
 from uncom_perception.detection_node import DetectionNode
 from uncom_perception.exceptions import UnknownBackendError
 from uncom_perception.frames import FrameQueue
 from uncom_perception.gesture_node import GestureNode
+from uncom_perception.types import ObjectModel
 
-from uncom_interfaces.msg import Hands
+from uncom_interfaces.msg import Hands, ObjectPoses
 from uncom_interfaces.srv import Detect, EstimateDepth, Segment
 
-DOMAIN = 52
+DOMAIN = 62
 SCENE = {
     "objects": [
         {"id": "lemon", "kind": "lemon", "x": 0.58, "y": 0.05},
@@ -103,6 +104,44 @@ def test_detection_answers_in_the_base_frame(graph, pictures):
         assert overlap(best.mask, pictures[0].masks[name]) > 0.5
         assert np.linalg.norm(best.geometry.centroid[:2] - pictures[0].places[name][:2]) < 0.03
     assert scene.table.height_m == pytest.approx(0.72, abs=0.01)
+
+
+def test_a_picture_is_found_by_its_stamp_and_things_keep_their_names(graph, pictures):
+    """A request without image is answered from the camera's buffer; poses from outside go to what they lie in."""
+    context, add = graph
+    detection = add(DetectionNode(context=context))
+    camera = add(rclpy.create_node("camera", context=context))
+    color = camera.create_publisher(Image, "/head_front_camera/rgb/image_raw", 5)
+    depth = camera.create_publisher(Image, "/head_front_camera/depth_registered/image_raw", 5)
+    info = camera.create_publisher(CameraInfo, "/head_front_camera/rgb/camera_info", 5)
+    poses = camera.create_publisher(ObjectPoses, "/uncom/object_poses", 5)
+    topics = (color, depth, info, poses)
+    clock = threading.Event()
+    while not all(topic.get_subscription_count() for topic in topics):
+        clock.wait(0.02)
+    header = header_to_msg(7.25, FRAME)
+    place = np.eye(4)
+    place[:3, 3] = (np.linalg.inv(POSE) @ [*pictures[0].places["bowl"], 1.0])[:3]
+    outside = ObjectModel("bowl", 0.9, place, np.zeros((0, 3)), np.zeros((0, 3), int))
+    poses.publish(models_to_msg([outside], header))
+    info.publish(camera_to_msg(CAMERA, header))
+    color.publish(rgb_to_msg(pictures[0].rgb, header))
+    depth.publish(depth_to_msg(pictures[0].depth, header))
+    whole = request_of(pictures[0], ["lemon"])
+    asked = Detect.Request(phrases=["lemon"], has_transform=True, camera_in_base=whole.camera_in_base)
+    asked.stamp.sec = 7
+    while not (response := call(add, context, Detect, "/uncom/detect", asked)).table.height:
+        clock.wait(0.05)  # until picture, depth and camera have come in
+    assert response.success, response.reason
+    assert response.header.stamp == header.stamp
+    scene = scene_from_response(response)
+    again = scene_from_response(call(add, context, Detect, "/uncom/detect", whole))
+    assert [d.track for d in scene.detections] == [d.track for d in again.detections]
+    assert all(d.track for d in scene.detections)
+    bowl = max(again.detections, key=lambda d: overlap(d.mask, pictures[0].masks["bowl"]))
+    assert bowl.model is not None
+    assert bowl.model.pose[:3, 3] == pytest.approx(pictures[0].places["bowl"], abs=1e-6)
+    assert detection.config.buffer_s > 0.0
 
 
 def test_without_a_pose_the_answer_is_in_the_camera_frame(graph, pictures):

@@ -47,3 +47,9 @@ class DetectionConfig:
     segmentation: str = field(default="cluster", metadata={"description": "segmentation: cluster"})
     depth_backend: str = field(default="none", metadata={"description": "depth of plain images: none"})
     lexicon: str = field(default="", metadata={"description": "YAML file with more words for things"})
+    track_objects: bool = field(default=True, metadata={"description": "follow things over images"})
+    buffer_s: float = field(default=3.0, metadata={"description": "keep images for requests by stamp, 0 for none [s]"})
+    model_age_s: float = field(
+        default=0.5, metadata={"description": "poses from outside count so long before and after [s]"}
+    )
+    reliable_images: bool = field(default=True, metadata={"description": "reliable instead of best-effort images"})

@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 from geometry_msgs.msg import Point, Point32, Polygon
+from shape_msgs.msg import Mesh, MeshTriangle
 from std_msgs.msg import Header
 from uncom_common.conversions import (
     cloud_from_msg,
@@ -24,6 +27,7 @@ from uncom_interfaces.msg import Detection as DetectionMsg
 from uncom_interfaces.msg import Hand as HandMsg
 from uncom_interfaces.msg import Hands as HandsMsg
 from uncom_interfaces.msg import MaskRle as MaskMsg
+from uncom_interfaces.msg import ObjectPose, ObjectPoses
 from uncom_interfaces.msg import PointingRay as RayMsg
 from uncom_interfaces.msg import TableSurface as TableMsg
 from uncom_interfaces.srv import Detect
@@ -37,6 +41,7 @@ from uncom_perception.types import (
     HandsFrame,
     Mask,
     MetricRay,
+    ObjectModel,
     PointingRay,
     Scene,
     TableSurface,
@@ -151,8 +156,47 @@ def detection_to_msg(detection: Detection, header: Header | None = None) -> Dete
         msg.pose = pose_to_msg(d.geometry.pose)
         msg.size = vector_to_msg(d.geometry.size)
         msg.cloud = cloud_to_msg(d.geometry.cloud, header if header is not None else Header())
+    msg.track = d.track
+    if d.model is not None:
+        msg.has_model, msg.model_pose = True, pose_to_msg(d.model.pose)
+        msg.model_mesh = mesh_to_msg(d.model.vertices, d.model.triangles)
     msg.attributes = [AttributeMsg(name=a.name, value=a.value, probability=float(a.probability)) for a in d.attributes]
     msg.phrase_scores = [float(s) for s in d.phrase_scores]
+    return msg
+
+
+def mesh_to_msg(vertices: npt.ArrayLike, triangles: npt.ArrayLike) -> Mesh:
+    """Write a mesh of vertices (N, 3) [m] and triangles (M, 3) of their indices."""
+    corners = np.asarray(triangles, dtype=np.uint32).reshape(-1, 3)
+    places = np.asarray(vertices, dtype=float).reshape(-1, 3)
+    return Mesh(
+        vertices=[point_to_msg(vertex) for vertex in places],
+        triangles=[MeshTriangle(vertex_indices=corner) for corner in corners],
+    )
+
+
+def mesh_from_msg(msg: Mesh) -> tuple[FloatArray, npt.NDArray[np.int64]]:
+    """Read a mesh: vertices (N, 3) [m] and triangles (M, 3)."""
+    vertices = np.array([[v.x, v.y, v.z] for v in msg.vertices], dtype=float).reshape(-1, 3)
+    triangles = np.array([t.vertex_indices for t in msg.triangles], dtype=np.int64).reshape(-1, 3)
+    return vertices, triangles
+
+
+def models_from_msg(msg: ObjectPoses) -> tuple[ObjectModel, ...]:
+    """Read the poses of an outside estimator, in the frame that the message names."""
+    return tuple(
+        ObjectModel(item.label, float(item.score), matrix_from_pose_msg(item.pose), *mesh_from_msg(item.mesh))
+        for item in msg.poses
+    )
+
+
+def models_to_msg(models: Sequence[ObjectModel], header: Header, backend: str = "") -> ObjectPoses:
+    """Write the poses of an outside estimator."""
+    msg = ObjectPoses(header=header, backend=backend)
+    for model in models:
+        item = ObjectPose(label=model.label, score=float(model.score), pose=pose_to_msg(model.pose))
+        item.mesh = mesh_to_msg(model.vertices, model.triangles)
+        msg.poses.append(item)
     return msg
 
 
@@ -166,6 +210,9 @@ def detection_from_msg(msg: DetectionMsg) -> Detection:
             vector_from_msg(msg.size),
             cloud_from_msg(msg.cloud),
         )
+    model = None
+    if msg.has_model:
+        model = ObjectModel("", 1.0, matrix_from_pose_msg(msg.model_pose), *mesh_from_msg(msg.model_mesh))
     return Detection(
         msg.id,
         msg.label,
@@ -175,6 +222,8 @@ def detection_from_msg(msg: DetectionMsg) -> Detection:
         geometry,
         tuple(Attribute(a.name, a.value, a.probability) for a in msg.attributes),
         tuple(msg.phrase_scores),
+        msg.track,
+        model,
     )
 
 
@@ -218,6 +267,7 @@ def scene_to_response(scene: Scene, response: Detect.Response | None = None) -> 
     response.detections = [detection_to_msg(d, response.header) for d in scene.detections]
     response.phrase_none = [float(p) for p in scene.phrase_none]
     response.table = table_to_msg(scene.table)
+    response.vanished_tracks, response.moved_tracks = list(scene.vanished_tracks), list(scene.moved_tracks)
     response.backend = scene.backend
     response.latency_s = float(scene.latency_s)
     return response
@@ -233,6 +283,8 @@ def scene_from_response(response: Detect.Response) -> Scene:
         tuple(response.phrase_none),
         response.backend,
         response.latency_s,
+        tuple(response.vanished_tracks),
+        tuple(response.moved_tracks),
     )
 
 

@@ -5,11 +5,15 @@ from __future__ import annotations
 
 import dataclasses
 import sys
+from collections import deque
 from typing import Any
 
 import numpy as np
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import CameraInfo, Image
 from uncom_common.configured_node import ConfiguredNode, run_node
 from uncom_common.conversions import (
     camera_from_msg,
@@ -21,13 +25,27 @@ from uncom_common.conversions import (
 )
 from uncom_common.exceptions import UncomError
 
+from uncom_interfaces.msg import ObjectPoses
 from uncom_interfaces.srv import Detect, EstimateDepth, Segment
 from uncom_perception.config import DetectionConfig
-from uncom_perception.conversions import hands_from_msg, mask_to_msg, points_from_msgs, scene_to_response
+from uncom_perception.conversions import (
+    hands_from_msg,
+    mask_to_msg,
+    models_from_msg,
+    points_from_msgs,
+    scene_to_response,
+)
 from uncom_perception.depth.estimator import make_depth_estimator
+from uncom_perception.exceptions import InvalidImageError
+from uncom_perception.frames import RawBuffer
 from uncom_perception.objects.backends import make_detector
+from uncom_perception.objects.lexicon import load_lexicon
+from uncom_perception.objects.models import with_models
+from uncom_perception.objects.tracking import ObjectTracker
 from uncom_perception.segmentation.backends import make_segmenter
-from uncom_perception.types import Box
+from uncom_perception.types import Box, FloatArray, Scene
+
+_CAMERA = "/head_front_camera"
 
 
 class DetectionNode(ConfiguredNode[DetectionConfig]):
@@ -39,15 +57,40 @@ class DetectionNode(ConfiguredNode[DetectionConfig]):
         self._detector = make_detector(self.config.backend, self.config.lexicon)
         self._segmenter = make_segmenter(self.config.segmentation)
         self._estimator = make_depth_estimator(self.config.depth_backend)
+        self._tracker = ObjectTracker() if self.config.track_objects else None
+        self._lexicon = load_lexicon(self.config.lexicon or None)
+        self._poses: deque[ObjectPoses] = deque(maxlen=20)
+        self._frames = RawBuffer(self.config.buffer_s)
+        self._camera: CameraInfo | None = None
         group = MutuallyExclusiveCallbackGroup()
         self.create_service(Detect, "/uncom/detect", self._detect, callback_group=group)
         self.create_service(Segment, "/uncom/segment", self._segment, callback_group=group)
         self.create_service(EstimateDepth, "/uncom/estimate_depth", self._estimate, callback_group=group)
+        self.create_subscription(ObjectPoses, "/uncom/object_poses", self._on_poses, 10)
+        if self.config.buffer_s > 0.0:
+            self._subscribe_images()
         names = (self._detector.name, self._segmenter.name, self._estimator.name)
         self.get_logger().info("detection by {}; segmentation by {}; depth by {}".format(*names))
 
+    def _subscribe_images(self) -> None:
+        reliability = ReliabilityPolicy.RELIABLE if self.config.reliable_images else ReliabilityPolicy.BEST_EFFORT
+        qos = QoSProfile(depth=5, reliability=reliability)
+        group = MutuallyExclusiveCallbackGroup()
+        color, depth = f"{_CAMERA}/rgb/image_raw", f"{_CAMERA}/depth_registered/image_raw"
+        self.create_subscription(Image, color, self._frames.add_image, qos, callback_group=group, raw=True)
+        self.create_subscription(Image, depth, self._frames.add_depth, qos, callback_group=group, raw=True)
+        self.create_subscription(CameraInfo, f"{_CAMERA}/rgb/camera_info", self._on_info, qos, callback_group=group)
+
+    def _on_poses(self, msg: ObjectPoses) -> None:
+        self._poses.append(msg)
+
+    def _on_info(self, msg: CameraInfo) -> None:
+        self._camera = msg
+
     def _detect(self, request: Detect.Request, response: Detect.Response) -> Detect.Response:
         try:
+            if not len(request.image.data):
+                self._from_buffer(request)
             image = rgb_from_msg(request.image)
             depth = depth_from_msg(request.depth) if len(request.depth.data) else None
             camera = camera_from_msg(request.camera_info) if request.camera_info.k[0] > 0.0 else None
@@ -58,12 +101,53 @@ class DetectionNode(ConfiguredNode[DetectionConfig]):
             hands = hands_from_msg(request.hands)
             stamp = seconds_from_msg(request.image.header.stamp)
             scene = self._detector.detect(image, depth, camera, pose, list(request.phrases), hands, stamp)
+            scene = dataclasses.replace(scene, frame_id=frame)
+            if self._tracker is not None and pose is not None:
+                scene = self._tracker.update(scene, depth, camera, pose)
+            scene = self._with_models(scene, request.image.header.frame_id, pose)
         except UncomError as error:
             response.success, response.reason, response.backend = False, str(error), self._detector.name
             return response
-        response = scene_to_response(dataclasses.replace(scene, frame_id=frame), response)
+        response = scene_to_response(scene, response)
         response.header.stamp = request.image.header.stamp  # exactly, not through a float
         return response
+
+    def _from_buffer(self, request: Detect.Request) -> None:
+        """Put the buffered picture nearest to the stamp into a request.
+
+        Raises:
+            InvalidImageError: there is none.
+        """
+        found = self._frames.nearest(seconds_from_msg(request.stamp))
+        if found is None:
+            raise InvalidImageError(
+                "the request has no image (its encoding is empty) and no camera image has come in yet; "
+                f"send one, or see whether {_CAMERA}/rgb/image_raw is published"
+            )
+        request.image = deserialize_message(found.image, Image)
+        if found.depth is not None:
+            request.depth = deserialize_message(found.depth, Image)
+        if request.camera_info.k[0] <= 0.0 and self._camera is not None:
+            request.camera_info = self._camera
+
+    def _with_models(self, scene: Scene, camera_frame: str, pose: FloatArray | None) -> Scene:
+        """Match the poses of an outside estimator, if there are any of about this time, to what is seen."""
+        near = [m for m in self._poses if abs(self._age(m, scene)) <= self.config.model_age_s]
+        if not near:
+            return scene
+        msg = min(near, key=lambda m: abs(self._age(m, scene)))
+        models = models_from_msg(msg)
+        if msg.header.frame_id == camera_frame and pose is not None and scene.frame_id != camera_frame:
+            models = tuple(dataclasses.replace(m, pose=pose @ m.pose) for m in models)
+        elif msg.header.frame_id != scene.frame_id:
+            frames = f"{msg.header.frame_id} is neither {scene.frame_id} nor {camera_frame}"
+            self.get_logger().warning(f"object poses are left out: their frame {frames}", throttle_duration_sec=10.0)
+            return scene
+        return with_models(scene, models, self._lexicon.same)
+
+    @staticmethod
+    def _age(msg: ObjectPoses, scene: Scene) -> float:
+        return seconds_from_msg(msg.header.stamp) - scene.stamp_s
 
     def _segment(self, request: Segment.Request, response: Segment.Response) -> Segment.Response:
         response.backend = self._segmenter.name

@@ -7,7 +7,7 @@ import threading
 import time
 from collections import OrderedDict, deque
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,3 +73,56 @@ class FrameQueue:
                     timeout = self._wait_s - waited
                 self._changed.wait(timeout)
         return None
+
+
+@dataclass(frozen=True, slots=True)
+class RawFrame:
+    """One picture as it came over the wire, with its depth or None; it is decoded only when somebody asks for it."""
+
+    stamp_s: float
+    image: bytes
+    depth: bytes | None
+
+
+class RawBuffer:
+    """Keeps serialized pictures of the last seconds, to be asked for by stamp. Thread safe."""
+
+    def __init__(self, keep_s: float) -> None:
+        """Keep pictures for keep_s."""
+        self._keep_s = keep_s
+        self._images: OrderedDict[int, bytes] = OrderedDict()
+        self._depths: OrderedDict[int, bytes] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def add_image(self, message: bytes) -> None:
+        """Take in a serialized image."""
+        self._add(self._images, message)
+
+    def add_depth(self, message: bytes) -> None:
+        """Take in a serialized depth image."""
+        self._add(self._depths, message)
+
+    def _add(self, kept: OrderedDict[int, bytes], message: bytes) -> None:
+        key = stamp_of(message)
+        with self._lock:
+            if kept and key < next(reversed(kept)) - 1_000_000_000:
+                kept.clear()  # time was set back
+            kept[key] = message
+            while key - next(iter(kept)) > self._keep_s * 1e9:
+                kept.popitem(last=False)
+
+    def nearest(self, stamp_s: float) -> RawFrame | None:
+        """Return the picture nearest to a time [s], one with depth if there are any; None if there is no picture."""
+        with self._lock:
+            keys = [key for key in self._images if key in self._depths] or list(self._images)
+            if not keys:
+                return None
+            key = min(keys, key=lambda k: abs(k * 1e-9 - stamp_s))
+            return RawFrame(key * 1e-9, self._images[key], self._depths.get(key))
+
+
+def stamp_of(message: bytes) -> int:
+    """Read the stamp [ns] of a serialized message (CDR) that begins with a header."""
+    order: Literal["little", "big"] = "little" if message[1] & 1 else "big"
+    seconds = int.from_bytes(message[4:8], order, signed=True)
+    return seconds * 1_000_000_000 + int.from_bytes(message[8:12], order)

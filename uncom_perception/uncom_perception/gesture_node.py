@@ -92,7 +92,7 @@ class GestureNode(ConfiguredNode[GestureConfig]):
             stamps[hands.stamp_s] = image.header.stamp  # exactly, not through a float
             for ready in self._bridge.add(hands):
                 msg = hands_to_msg(ready)
-                msg.header.stamp = stamps.pop(ready.stamp_s)
+                msg.header.stamp = stamps.pop(ready.stamp_s, image.header.stamp)
                 self._publisher.publish(msg)
 
 

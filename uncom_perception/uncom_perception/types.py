@@ -101,8 +101,25 @@ class Geometry:
 
 
 @dataclass(frozen=True, slots=True)
+class ObjectModel:
+    """A thing's 6-DoF pose (4, 4) by an outside estimator, and its mesh.
+
+    Vertices (N, 3) in the thing's own frame [m], triangles (M, 3) of their indices; empty where there is no mesh.
+    """
+
+    label: str
+    score: float
+    pose: FloatArray
+    vertices: FloatArray
+    triangles: npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
 class Detection:
-    """One thing seen in one image; phrase_scores follow the order of the phrases asked for."""
+    """One thing seen in one image; phrase_scores follow the order of the phrases asked for.
+
+    track is its name over images, empty where nothing follows things; model is what an outside estimator knows of it.
+    """
 
     id: str
     label: str
@@ -112,6 +129,8 @@ class Detection:
     geometry: Geometry | None = None
     attributes: tuple[Attribute, ...] = ()
     phrase_scores: tuple[float, ...] = ()
+    track: str = ""
+    model: ObjectModel | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +154,8 @@ class TableSurface:
 class Scene:
     """What a detector answers: things, the table (or None), and per phrase the probability that nothing here is meant.
 
-    frame_id is the base frame where the camera's pose was given, else the camera's optical frame.
+    frame_id is the base frame where the camera's pose was given, else the camera's optical frame. Tracks that are gone
+    from where they were, or elsewhere, are named.
     """
 
     stamp_s: float
@@ -145,3 +165,5 @@ class Scene:
     phrase_none: tuple[float, ...]
     backend: str
     latency_s: float = 0.0
+    vanished_tracks: tuple[str, ...] = ()
+    moved_tracks: tuple[str, ...] = ()

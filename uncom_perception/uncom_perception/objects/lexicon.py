@@ -122,6 +122,12 @@ class Lexicon:
                     return entry
         return None
 
+    def same(self, one: str, other: str) -> bool:
+        """Whether two words mean the same kind of thing."""
+        a, b = one.lower().replace("_", " ").strip(), other.lower().replace("_", " ").strip()
+        first = self.find(a)
+        return a == b or (first is not None and first == self.find(b))
+
 
 def load_lexicon(extra: str | Path | None = None) -> Lexicon:
     """Read the package's lexicon, and a user's file whose entries are added to it or replace it.
