@@ -7,6 +7,7 @@ import json
 import multiprocessing
 import os
 import sys
+import threading
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
@@ -63,7 +64,15 @@ def _start_worker(options: WorkerOptions, log: str) -> None:
     import cv2  # noqa: PLC0415 (in the worker only)
 
     cv2.setNumThreads(1)
+    threading.Thread(target=_leave_with, args=(os.getppid(),), daemon=True).start()
     _worker = Worker(options)
+
+
+def _leave_with(parent: int) -> None:
+    """End this process when the one that started it is gone, however that came."""
+    while os.getppid() == parent:
+        time.sleep(1.0)
+    os._exit(1)
 
 
 def _run_take(task: Task) -> Outcome:
