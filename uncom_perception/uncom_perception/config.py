@@ -43,10 +43,20 @@ class GestureConfig:
 class DetectionConfig:
     """Parameters of detection_node."""
 
-    backend: str = field(default="tabletop", metadata={"description": "object detector: tabletop"})
-    segmentation: str = field(default="cluster", metadata={"description": "segmentation: cluster"})
-    depth_backend: str = field(default="none", metadata={"description": "depth of plain images: none"})
+    backend: str = field(default="tabletop", metadata={"description": "object detector: tabletop, grounding_dino"})
+    segmentation: str = field(default="cluster", metadata={"description": "segmentation: cluster, sam"})
+    depth_backend: str = field(default="none", metadata={"description": "depth of plain images: none, dpt"})
     lexicon: str = field(default="", metadata={"description": "YAML file with more words for things"})
+    detection_model: str = field(default="", metadata={"description": "weights of grounding_dino, empty for the tiny"})
+    segmentation_model: str = field(default="", metadata={"description": "weights of sam, empty for vit-base"})
+    depth_model: str = field(default="", metadata={"description": "weights of dpt, empty for dinov2-small-nyu"})
+    device: str = field(default="auto", metadata={"description": "where models with weights run: auto, cpu, cuda"})
+    box_threshold: float = field(default=0.3, metadata={"description": "grounding_dino: least score of a box"})
+    text_threshold: float = field(default=0.25, metadata={"description": "grounding_dino: least score of a word"})
+    sam_boxes: bool = field(default=False, metadata={"description": "prompt sam by boxes, not by centre points"})
+    camera_above_table_m: float = field(
+        default=0.0, metadata={"description": "scale estimated depth to this height of the camera, 0 for not [m]"}
+    )
     track_objects: bool = field(default=True, metadata={"description": "follow things over images"})
     buffer_s: float = field(default=3.0, metadata={"description": "keep images for requests by stamp, 0 for none [s]"})
     model_age_s: float = field(

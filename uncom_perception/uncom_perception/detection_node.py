@@ -9,6 +9,7 @@ from collections import deque
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -35,6 +36,7 @@ from uncom_perception.conversions import (
     points_from_msgs,
     scene_to_response,
 )
+from uncom_perception.depth.dpt import table_scale
 from uncom_perception.depth.estimator import make_depth_estimator
 from uncom_perception.exceptions import InvalidImageError
 from uncom_perception.frames import RawBuffer
@@ -54,9 +56,20 @@ class DetectionNode(ConfiguredNode[DetectionConfig]):
     def __init__(self, **node_options: Any) -> None:
         """Load the back ends and offer the services."""
         super().__init__("detection_node", DetectionConfig, **node_options)
-        self._detector = make_detector(self.config.backend, self.config.lexicon)
-        self._segmenter = make_segmenter(self.config.segmentation)
-        self._estimator = make_depth_estimator(self.config.depth_backend)
+        config = self.config
+        self._segmenter = make_segmenter(
+            config.segmentation, config.segmentation_model, config.device, boxes_as_points=not config.sam_boxes
+        )
+        self._detector = make_detector(
+            config.backend,
+            config.lexicon,
+            model=config.detection_model,
+            device=config.device,
+            box_threshold=config.box_threshold,
+            text_threshold=config.text_threshold,
+            segmenter=self._segmenter,
+        )
+        self._estimator = make_depth_estimator(config.depth_backend, config.depth_model, config.device)
         self._tracker = ObjectTracker() if self.config.track_objects else None
         self._lexicon = load_lexicon(self.config.lexicon or None)
         self._poses: deque[ObjectPoses] = deque(maxlen=20)
@@ -167,11 +180,23 @@ class DetectionNode(ConfiguredNode[DetectionConfig]):
     def _estimate(self, request: EstimateDepth.Request, response: EstimateDepth.Response) -> EstimateDepth.Response:
         response.backend = self._estimator.name
         try:
-            response.depth = depth_to_msg(self._estimator.estimate(rgb_from_msg(request.image)), request.image.header)
+            depth = self._estimator.estimate(rgb_from_msg(request.image))
+            response.depth = depth_to_msg(self._scaled(depth), request.image.header)
             response.success = True
         except UncomError as error:
             response.success, response.reason = False, str(error)
         return response
+
+    def _scaled(self, depth: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """Scale an estimated depth by the camera's height above the table, where both that and the camera are known."""
+        height = self.config.camera_above_table_m
+        if height <= 0.0 or self._camera is None:
+            return depth
+        factor = table_scale(depth, camera_from_msg(self._camera), height)
+        if factor is None:
+            self.get_logger().warning("the scale of the depth is not checked: no table seen in it")
+            return depth
+        return np.asarray(depth * np.float32(factor))
 
 
 def main(args: list[str] | None = None) -> None:

@@ -47,6 +47,9 @@ class GestureNode(ConfiguredNode[GestureConfig]):
             self.create_subscription(Image, f"{_CAMERA}/depth_registered/image_raw", self._on_depth, qos)
         self.create_subscription(SpeechStatus, "/uncom/speech_status", self._on_speech, 10)
         self.create_subscription(Transcript, "/uncom/transcript", self._on_words, 10)
+        self._came = self._examined = 0
+        self._told_s = float("-inf")  # stamp of the newest hands published
+        self.create_service(Trigger, "~/settle", self._on_settle)
         self._worker = threading.Thread(target=self._work, name="gesture", daemon=True)
         self._worker.start()
         self.get_logger().info(f"hands by {self._reader.name}; pointing styles {', '.join(self.config.styles)}")
@@ -68,7 +71,17 @@ class GestureNode(ConfiguredNode[GestureConfig]):
         if any(word.text.lower() in DEICTIC_WORDS for word in msg.words):
             self._reader.expect(seconds_from_msg(msg.header.stamp) + 2.0 * self.config.attention_s)
 
+    def _on_settle(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Tell whether all images that came were examined; message: stamp [s] of the newest hands, images examined.
+
+        Whoever plays a bag holds it for that, so that no image is dropped.
+        """
+        response.success = self._examined + self._queue.dropped >= self._came
+        response.message = f"{self._told_s!r} {self._examined}"
+        return response
+
     def _on_image(self, msg: Image) -> None:
+        self._came += 1
         self._queue.add_image(_key(msg), msg)
 
     def _on_depth(self, msg: Image) -> None:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from uncom_perception.exceptions import BackendUnavailableError, UnknownBackendError
 
-ESTIMATORS = ("none",)
+ESTIMATORS = ("none", "dpt")
 
 
 class DepthEstimator(ABC):
@@ -45,16 +45,21 @@ class NoDepth(DepthEstimator):
             BackendUnavailableError: always.
         """
         raise BackendUnavailableError(
-            "no depth back end: use a depth camera, or set depth_backend to one that is installed"
+            "no depth back end: use a depth camera, or depth_backend:=dpt after ./uncom setup --full"
         )
 
 
-def make_depth_estimator(name: str) -> DepthEstimator:
+def make_depth_estimator(name: str, model: str = "", device: str = "auto") -> DepthEstimator:
     """Make a depth back end.
 
     Raises:
         UnknownBackendError: there is none of that name.
+        BackendUnavailableError: it cannot load.
     """
     if name not in ESTIMATORS:
         raise UnknownBackendError("depth", name, ESTIMATORS)
+    if name == "dpt":
+        from uncom_perception.depth.dpt import load_dpt  # noqa: PLC0415  (only where it is asked for)
+
+        return load_dpt(model, device)
     return NoDepth()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Choice of detector, segmentation and depth back ends by name."""
+"""Choice of the detector by name."""
 
 from __future__ import annotations
 
@@ -7,17 +7,37 @@ from uncom_perception.exceptions import UnknownBackendError
 from uncom_perception.objects.detector import ObjectDetector
 from uncom_perception.objects.lexicon import load_lexicon
 from uncom_perception.objects.tabletop import TabletopDetector
+from uncom_perception.segmentation.cluster import ClusterSegmenter
+from uncom_perception.segmentation.segmenter import Segmenter
 
-DETECTORS = ("tabletop",)
+DETECTORS = ("tabletop", "grounding_dino")
 
 
-def make_detector(backend: str, lexicon: str = "") -> ObjectDetector:
-    """Make a detector.
+def make_detector(
+    backend: str,
+    lexicon: str = "",
+    *,
+    model: str = "",
+    device: str = "auto",
+    box_threshold: float = 0.3,
+    text_threshold: float = 0.25,
+    segmenter: Segmenter | None = None,
+) -> ObjectDetector:
+    """Make a detector; all but the lexicon is for those with weights.
 
     Raises:
         UnknownBackendError: there is none of that name.
         InvalidLexiconError: the lexicon file cannot be read.
+        BackendUnavailableError: it cannot load.
     """
     if backend not in DETECTORS:
         raise UnknownBackendError("detection", backend, DETECTORS)
+    if backend == "grounding_dino":
+        from uncom_perception.objects.grounding_dino import (  # noqa: PLC0415  (only where it is asked for)
+            GroundingOptions,
+            load_grounding_dino,
+        )
+
+        options = GroundingOptions(box_threshold, text_threshold)
+        return load_grounding_dino(segmenter if segmenter is not None else ClusterSegmenter(), model, device, options)
     return TabletopDetector(load_lexicon(lexicon or None))

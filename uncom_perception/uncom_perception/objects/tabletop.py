@@ -12,25 +12,22 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from uncom_common.camera import PinholeCamera
-from uncom_common.transforms import invert
 
 from uncom_perception.exceptions import TableNotFoundError
 from uncom_perception.objects.body import clean_points, geometry, support_heights
 from uncom_perception.objects.colour import exposure, name_colours
 from uncom_perception.objects.detector import DepthImage, FloatArray, ObjectDetector, RgbImage, check_images
-from uncom_perception.objects.level import bow, measure_noise
 from uncom_perception.objects.lexicon import Lexicon, load_lexicon
 from uncom_perception.objects.phrases import PhraseMatcher, Thing
 from uncom_perception.objects.picture import PictureDetector
-from uncom_perception.objects.plane import find_table_plane
 from uncom_perception.objects.scenes import answer, mask_slices
 from uncom_perception.objects.segments import Surfaces
 from uncom_perception.objects.shape import measure
-from uncom_perception.objects.table import TopDown, find_table, ground_frame, table_pixels
+from uncom_perception.objects.table import TopDown
 from uncom_perception.objects.things import FOLLOW_M, find_things, hidden_share
+from uncom_perception.objects.viewpoint import view_table
 from uncom_perception.types import Geometry, HandsFrame, Mask, Scene, TableSurface
 
-_STRIDE = 4
 _HIDDEN_IN_THINGS = 0.6
 
 
@@ -86,27 +83,11 @@ class TabletopDetector(ObjectDetector):
         camera_in_base: FloatArray | None,
         hands: HandsFrame | None,
     ) -> tuple[TableSurface, list[tuple[Mask, Geometry, Thing]]]:
-        known = camera_in_base is not None
-        pose = camera_in_base if camera_in_base is not None else np.eye(4)
-        depth = np.where(depth > 0.0, depth, np.float32(np.nan))
-        up = np.array([0.0, 0.0, 1.0]) if known else np.array([0.0, -0.8, -0.6])
-        plane = find_table_plane(_sparse_points(depth, camera, pose), up, gravity_known=known)
-        ground = ground_frame(plane, gravity_known=known)
-        ground_points = ground.project(depth, camera, pose)
-        on_table = table_pixels(ground_points[..., 2], plane.sigma_m)
-        if not on_table.any():
-            raise TableNotFoundError("no table seen: the surface found is too small")
-        curved = bow(ground_points[..., 2], on_table)
-        if curved is not None:
-            ground_points[..., 2] -= curved
-            on_table = table_pixels(ground_points[..., 2], plane.sigma_m)
-        table, outline = find_table(ground_points, on_table, ground, camera, invert(pose))
-        noise = measure_noise(ground_points[..., 2], depth, on_table)
-        pixel_m = float(np.median(depth[on_table][::50])) / camera.fx
-        surfaces = Surfaces(ground_points, _lab(image_rgb), noise, pixel_m)
-        masks = find_things(surfaces, depth, TopDown(outline, FOLLOW_M), hands)
-        viewer = (ground.to_ground @ pose)[:3, 3]
-        clouds = [clean_points(ground_points[box], mask[box]) for mask in masks for box in [mask_slices(mask)]]
+        view = view_table(depth, camera, camera_in_base)
+        points, ground, viewer = view.points, view.ground, view.viewer
+        surfaces = Surfaces(points, _lab(image_rgb), view.noise, view.pixel_m)
+        masks = find_things(surfaces, view.depth, TopDown(view.outline, FOLLOW_M), hands)
+        clouds = [clean_points(points[box], mask[box]) for mask in masks for box in [mask_slices(mask)]]
         seen = [(mask, cloud) for mask, cloud in zip(masks, clouds, strict=True) if len(cloud) >= 20]
         bases = support_heights([cloud for _, cloud in seen])
         gain = exposure(image_rgb)
@@ -116,18 +97,10 @@ class TabletopDetector(ObjectDetector):
             size = math.sqrt(shape.length * max(shape.width, shape.height))
             colours = name_colours(_surface_pixels(image_rgb, mask), gain)
             # What lies in a thing is partly hidden by it, and may lean.
-            hidden = max(hidden_share(mask, depth), _HIDDEN_IN_THINGS if base > 0.0 else 0.0)
+            hidden = max(hidden_share(mask, view.depth), _HIDDEN_IN_THINGS if base > 0.0 else 0.0)
             thing = self._matcher.describe(shape, colours, size, hidden)
             found.append((mask, geometry(cloud, ground, base), thing))
-        return table, found
-
-
-def _sparse_points(depth: DepthImage, camera: PinholeCamera, pose: FloatArray) -> FloatArray:
-    """Return every fourth point of every fourth row (N, 3) that is known, in the frame of the camera's pose."""
-    z = depth[::_STRIDE, ::_STRIDE].astype(float)
-    v, u = np.nonzero(np.isfinite(z))
-    optical = camera.deproject(np.column_stack([u, v]) * float(_STRIDE), z[v, u])
-    return np.asarray(optical @ pose[:3, :3].T + pose[:3, 3])
+        return view.surface, found
 
 
 def _lab(image_rgb: RgbImage) -> npt.NDArray[np.float32]:

@@ -7,15 +7,20 @@ from uncom_perception.exceptions import UnknownBackendError
 from uncom_perception.segmentation.cluster import ClusterSegmenter
 from uncom_perception.segmentation.segmenter import Segmenter
 
-SEGMENTERS: dict[str, type[Segmenter]] = {"cluster": ClusterSegmenter}
+SEGMENTERS = ("cluster", "sam")
 
 
-def make_segmenter(name: str) -> Segmenter:
+def make_segmenter(name: str, model: str = "", device: str = "auto", *, boxes_as_points: bool = True) -> Segmenter:
     """Make a segmentation back end.
 
     Raises:
         UnknownBackendError: there is none of that name.
+        BackendUnavailableError: it cannot load.
     """
     if name not in SEGMENTERS:
         raise UnknownBackendError("segmentation", name, SEGMENTERS)
-    return SEGMENTERS[name]()
+    if name == "sam":
+        from uncom_perception.segmentation.sam import load_sam  # noqa: PLC0415  (only where it is asked for)
+
+        return load_sam(model, device, boxes_as_points=boxes_as_points)
+    return ClusterSegmenter()
