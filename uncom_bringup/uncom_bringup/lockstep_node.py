@@ -12,7 +12,7 @@ import threading
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from audio_common_msgs.msg import AudioDataStamped
 from rclpy.serialization import deserialize_message
@@ -32,7 +32,6 @@ SPEECH, LANGUAGE, GESTURE, REASONER = "speech_node", "language_node", "gesture_n
 NODES = (SPEECH, LANGUAGE, GESTURE, "detection_node", REASONER)
 # Limits of wall time [s]; they end a wait for a node that is broken, and are far above what a slow machine takes.
 _ANSWER_S = 120.0
-_HANDS_S = 30.0
 _QUIET_S = 2.0
 _SILENCE_S = 0.05
 _LONGEST_SILENCE_S = 40.0  # [s] of the bag's time after its end
@@ -43,10 +42,10 @@ _PICTURES = (topics.RGB.name, topics.RGB.stored_name)
 
 @dataclass(slots=True)
 class Tally:
-    """What became of the pictures."""
+    """How many pictures were shown, and how many of them were examined."""
 
     pictures: int = 0
-    without_answer: list[float] = field(default_factory=list)
+    examined: int = 0
 
 
 class Lockstep:
@@ -74,9 +73,10 @@ class Lockstep:
         self._answered: Counter[str] = Counter()
         self._announced: dict[str, int] = {}
         self._undecided: dict[tuple[str, int], str] = {}
-        self._settle = monitor.create_client(Trigger, f"/{REASONER}/settle")
-        self._last_picture_s = float("-inf")
-        self._picture: tuple[float, int] | None = None  # stamp [s] and when its answer is due [ns]
+        self._settle = {name: monitor.create_client(Trigger, f"/{name}/settle") for name in (GESTURE, REASONER)}
+        self._last_hands_s = float("-inf")
+        self._speech_changed = False
+        self._picture: int | None = None  # when the last picture's answer is due [ns]
         self._takers: dict[str, tuple[str, ...]] = {}
         self.tally = Tally()
         self._silence = player.create_publisher(AudioDataStamped, topics.AUDIO.name, 500)
@@ -89,6 +89,7 @@ class Lockstep:
                 self._hands_s = event.stamp_s
             elif event.kind == kinds.SPEECH_STATUS:
                 self._speech_busy = data["state"] == kinds.SPEECH_RECOGNISING
+                self._speech_changed = True
             elif event.kind == kinds.TRANSCRIPT:
                 self._transcripts.append((str(data["utterance_id"]), str(data["text"])))
             elif event.kind == kinds.COMMAND:
@@ -115,8 +116,7 @@ class Lockstep:
         """Return the nodes that are not up yet."""
         needed = {SPEECH: topics.AUDIO, GESTURE: topics.RGB, LANGUAGE: topics.TRANSCRIPT, REASONER: topics.COMMAND}
         missing = set(self._barrier.missing())
-        if not self._settle.service_is_ready():
-            missing.add(REASONER)
+        missing.update(name for name, client in self._settle.items() if not client.service_is_ready())
         for node, topic in needed.items():
             if node not in {info.node_name for info in self._monitor.get_subscriptions_info_by_topic(topic.name)}:
                 missing.add(node)
@@ -175,35 +175,44 @@ class Lockstep:
                 self._barrier.settle(name)
 
     def _step(self, message: BagMessage) -> None:
-        if self._picture is not None and message.time_ns > self._picture[1]:
+        if self._picture is not None and message.time_ns > self._picture:
             self._finish_picture()
         self._player.tell_time(message.time_ns)
         name = message.topic.name
         if name in _PICTURES:
             self._finish_picture()
             self.tally.pictures += 1
-            self._picture = (self._stamp_s(message), message.time_ns + _DEPTH_LATER_NS)
+            self._picture = message.time_ns + _DEPTH_LATER_NS
         self._publish(message)
         if name == topics.AUDIO.name:
             self._hear_out()
 
-    def _stamp_s(self, message: BagMessage) -> float:
-        stamp = self._bag.deserialise(message).header.stamp
-        return float(stamp.sec) + 1e-9 * float(stamp.nanosec)
-
     def _finish_picture(self) -> None:
-        """Wait for the hands of the last picture, whose depth may have come after it; decisions may follow."""
+        """Wait until the last picture, whose depth may have come after it, was examined; decisions may follow."""
         if self._picture is None:
             return
-        stamp_s, _ = self._picture
         self._picture = None
-        limit_s = _HANDS_S if len(self.tally.without_answer) < 3 else _QUIET_S
-        if not self._wait(lambda: self._hands_s >= stamp_s - 1e-6, limit_s):
-            self.tally.without_answer.append(stamp_s)
-            self._note(f"warning: {GESTURE} has not answered the picture of {stamp_s:.3f} s")
-        else:
-            self._last_picture_s = stamp_s
+        hands_s, examined = self._settled(GESTURE)
+        self.tally.examined = int(examined)
+        if not self._wait(lambda: self._hands_s >= hands_s - 1e-6, _ANSWER_S):
+            raise GraphError(GESTURE, f"has told of hands that have not come for {_ANSWER_S:.0f} s")
+        self._last_hands_s = hands_s
         self._decide()
+
+    def _settled(self, node: str) -> tuple[float, ...]:
+        """Wait until a node has done all it can do with what it was sent; returns the numbers that it tells."""
+        self._barrier.settle(node, rounds=2)
+        deadline = time.monotonic() + _ANSWER_S
+        while True:
+            answer = self._barrier.ask(node, self._settle[node], Trigger.Request())
+            numbers = tuple(float(word) for word in answer.message.split())
+            # What the reasoner knows of hands comes from another node, not from here.
+            if answer.success and (node != REASONER or numbers[0] >= self._last_hands_s - 1e-6):
+                return numbers
+            self._check()
+            if time.monotonic() > deadline:
+                raise GraphError(node, f"has been busy for {_ANSWER_S:.0f} s")
+            time.sleep(0.002)
 
     def _hear_out(self) -> None:
         """Let speech_node examine the sound, and what it heard be understood, before time goes on."""
@@ -213,7 +222,12 @@ class Lockstep:
         while self._transcripts:
             self._barrier.settle(LANGUAGE, rounds=2)
             self._await_commands(*self._transcripts.pop(0))
-            self._decide()
+            self._speech_changed = True
+        if self._speech_changed:
+            # Speech makes these two attentive: they must know of it before the next picture.
+            self._speech_changed = False
+            self._barrier.settle(GESTURE, REASONER, rounds=2)
+        self._decide()
 
     def _await_commands(self, utterance: str, text: str) -> None:
         def answered() -> bool:
@@ -227,16 +241,7 @@ class Lockstep:
         with self._changed:
             if not self._undecided:
                 return
-        self._barrier.settle(REASONER, rounds=2)
-        deadline = time.monotonic() + _ANSWER_S
-        while True:
-            answer = self._barrier.ask(REASONER, self._settle, Trigger.Request())
-            if answer.success and float(answer.message) >= self._last_picture_s - 1e-6:
-                break
-            self._check()
-            if time.monotonic() > deadline:
-                raise GraphError(REASONER, f"has thought for {_ANSWER_S:.0f} s")
-            time.sleep(0.002)
+        self._settled(REASONER)
 
     def _end(self, sounds: Sequence[AudioDataStamped]) -> None:
         """Let time go on, in silence, until everything heard is answered: the last word needs its end."""

@@ -139,7 +139,7 @@ class _Ear:
         self._say(progress.head("playing", f"{self._bag.duration_s:.1f} s {pace}"))
         lockstep.run(rate)
         tally = lockstep.tally
-        return Understanding(self._monitor.record(), tally.pictures, len(tally.without_answer))
+        return Understanding(self._monitor.record(), tally.pictures, tally.examined)
 
     def _hear(self, event: Event) -> None:
         if self._lockstep is not None:

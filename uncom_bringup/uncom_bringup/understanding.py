@@ -17,15 +17,15 @@ from uncom_bringup.run_record import STATUS_GROUNDED, RunRecord
 
 @dataclass(frozen=True, slots=True)
 class Understanding:
-    """What the graph made of a bag; how many pictures it was shown, and how many of them nobody looked at."""
+    """What the graph made of a bag; how many pictures it was shown, and how many of them were examined."""
 
     record: RunRecord
     pictures: int
-    unanswered: int
+    examined: int
 
     def answer(self) -> dict[str, Any]:
         """Return what is the same in every run of the bag."""
-        return {**answer(self.record), "pictures": self.pictures, "pictures_unanswered": self.unanswered}
+        return {**answer(self.record), "pictures": self.pictures, "examined": self.examined}
 
 
 def leave_result(folder: Path, title: str, seen: Understanding, begin_s: float) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
+from std_srvs.srv import Trigger
 from uncom_common.camera import PinholeCamera
 from uncom_common.configured_node import ConfiguredNode, run_node
 from uncom_common.conversions import camera_from_msg, depth_from_msg, rgb_from_msg, seconds_from_msg
@@ -101,12 +102,15 @@ class GestureNode(ConfiguredNode[GestureConfig]):
                 )
             except UncomError as error:
                 self.get_logger().error(str(error), throttle_duration_sec=5.0)
+                self._examined += 1
                 continue
             stamps[hands.stamp_s] = image.header.stamp  # exactly, not through a float
             for ready in self._bridge.add(hands):
                 msg = hands_to_msg(ready)
                 msg.header.stamp = stamps.pop(ready.stamp_s, image.header.stamp)
                 self._publisher.publish(msg)
+                self._told_s = ready.stamp_s
+            self._examined += 1
 
 
 def _key(msg: Image) -> int:
