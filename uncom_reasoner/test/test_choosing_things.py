@@ -140,9 +140,30 @@ def test_a_late_or_early_gesture_still_belongs_to_its_word():
         assert not phrase_ray("object", Span(5.0, 5.5), dwells, weights).present
 
 
-def test_this_without_a_gesture_and_with_a_choice_is_refused():
-    g = ground(evidence(command(this("this")), LEMONS)).grounded
-    assert (g.status, g.reason) == (Status.FAILED, "I did not see which thing you pointed at.")
+def test_this_without_a_gesture_and_with_a_choice_is_asked_about():
+    """M11: no gesture is no crash, and no guess."""
+    decision = ground(evidence(command(this("this")), LEMONS))
+    g = decision.grounded
+    assert (g.status, g.reason) == (Status.AMBIGUOUS, "I did not see which thing you pointed at.")
+    assert set(decision.doubt.choices) == {t.id for t in LEMONS}
+
+
+def test_a_misheard_noun_with_a_plain_gesture_is_asked_about_and_not_guessed():
+    """ "Tomato" heard, and a finger on the red bowl."""
+    heard = this("tomato")
+    decision = ground(evidence(command(heard), LEMONS, at(LEMONS[2], tip=(0.85, -0.1, 0.95))))
+    assert decision.grounded.status is Status.AMBIGUOUS
+    assert decision.doubt.choices == ("bowl_1",)
+
+
+def test_a_gesture_of_which_little_was_seen_weighs_less():
+    seen = [
+        ground(evidence(command(this("lemon")), LEMONS, at(LEMONS[0], times=np.arange(0.5, 0.5 + 0.1 * n, 0.1))))
+        for n in (1, 3, 8)
+    ]
+    shares = [d.grounded.object_candidates[0].probability for d in seen]
+    assert shares == sorted(shares)
+    assert shares[0] < 0.95 < shares[2]
 
 
 def test_the_left_one_is_on_the_robots_left():

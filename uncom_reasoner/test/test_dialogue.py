@@ -213,6 +213,31 @@ def test_this_one_with_a_gesture_is_looked_at_again_among_the_choices():
     assert (g.status, g.object.id) == (Status.GROUNDED, "mug_2")
 
 
+def test_a_place_that_was_not_seen_is_shown_by_a_hand():
+    talk = conversation()
+    here = reference("here", 1, 2, concrete=False, deictic="here")
+    cmd = command(reference("lemon", 0, 1), here, relation=Relation.HERE, primitive=Primitive.PLACE)
+    turn = talk.decide(coloured(evidence(cmd, MUGS)), 10.0)
+    assert turn.question.text == "I did not see where you pointed. Please point at it again."
+    hands = pointing((0.55, 0.05, TABLE_Z), (0.7, 0.1, 0.9), np.arange(10.5, 11.5, 0.1))
+    change = talk.end(talk.pointing_answer(observe(hands, lambda _: POSE), 10.0, 11.5), 11.5)
+    g = again(talk, change, hands).decisions[0].grounded
+    assert g.status is Status.GROUNDED
+    assert np.hypot(*(g.target.pose[:2, 3] - [0.55, 0.05])) < 0.05
+
+
+def test_no_to_the_only_guess_ends_in_a_refusal():
+    talk = conversation()
+    cmd = command(reference("tomato", 0.2, 1.0, deictic="this"), None, text="take this tomato")
+    hands = pointing((0.6, 0.25, TABLE_Z + 0.04), (0.8, 0.1, 0.95), np.arange(0.2, 1.0, 0.1))
+    made = replace(coloured(evidence(cmd, MUGS)), rays=observe(hands, lambda _: POSE))
+    turn = talk.decide(made, 10.0)
+    assert turn.question.text == "I do not see the tomato on the table. Do you mean the mug?"
+    turn = talk.end(talk.dialogue.heard(said(Act.NO, "no")), 11.0)
+    assert turn.decisions[0].grounded.status in (Status.FAILED, Status.AMBIGUOUS)
+    assert "mug_1" not in (turn.question.candidate_ids if turn.question else ())
+
+
 def test_a_time_out_leaves_everything_as_it_was():
     talk = conversation()
     ask(talk)

@@ -17,7 +17,7 @@ class PlacingConfig:
     clearance_m: float = 0.02
     edge_margin_m: float = 0.02
     cell_m: float = 0.06
-    reach_max_m: float = 0.75
+    reach_max_m: float = 0.85
     reach_min_m: float = 0.25
     shoulder_y_m: float = 0.19
     base_frame: str = "base_footprint"
@@ -79,7 +79,7 @@ class ReasonerConfig:
     clearance_m: float = field(default=0.02, metadata={"description": "gap kept to other things [m]"})
     edge_margin_m: float = field(default=0.02, metadata={"description": "gap kept to the table's edge [m]"})
     cell_m: float = field(default=0.06, metadata={"description": "size of Voronoi cells [m]"})
-    reach_max_m: float = field(default=0.75, metadata={"description": "farthest place from a shoulder, level [m]"})
+    reach_max_m: float = field(default=0.85, metadata={"description": "farthest place from a shoulder, level [m]"})
     reach_min_m: float = field(default=0.25, metadata={"description": "nearest place to a shoulder, level [m]"})
 
     def __post_init__(self) -> None:

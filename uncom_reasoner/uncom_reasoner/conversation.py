@@ -138,13 +138,16 @@ class Conversation:
         turn, question = self.last, self.dialogue.question
         if turn is None or question is None or turn.question is None or turn.question.id != question.id:
             return None
-        if question.part == "perspective" or len(question.candidate_ids) < 2:
+        if question.part == "perspective":
             return None
         since = asked_s + REACTION_S
         dwells = [d for d in dwells_of(rays, self._weights) if d.stamps_s[0] >= since]
         ray = phrase_ray(question.part, Span(since, now_s), dwells, self._weights)
         if not ray.present or ray.weight < POINTED_WEIGHT:
             return None
+        if not question.candidate_ids:
+            here = Reference("here", "here", Span(since, now_s), concrete=False, deictic="here")
+            return self.dialogue.heard(Command("", Act.FRAGMENT, "here", target=here, relation=Relation.HERE))
         evidence = replace(turn.evidence, given=_among(turn.evidence.given, question.part, question.candidate_ids))
         context = self._context(evidence, turn.decisions[0])
         this = Reference("this", "this", Span(since, now_s), concrete=False, deictic="this")

@@ -26,6 +26,7 @@ from uncom_reasoner.voronoi import occupancy_map
 Cost = Callable[[FloatArray, FloatArray], FloatArray]
 MOST_CANDIDATES = 40
 ROUND_SIDES = 16
+EASY_REACH = 0.85  # share of the reach up to which places cost nothing
 
 
 @dataclass(frozen=True)
@@ -81,13 +82,14 @@ def _choose(
         free = free.intersection(reachable)
         if free.is_empty:
             raise NoPlaceError("I cannot reach any free place that is big enough for it.")
+    wished = _with_reach(cost, surface)
     best: list[tuple[float, FloatArray, Cell]] = []
     empty = [cell for cell in cells if not cell.occupied_by]
     parts = shapely.intersection(np.array([Polygon(cell.polygon) for cell in empty]), free)
     for cell, part in zip(empty, parts, strict=True):
         points = _points_of(part)
         if len(points):
-            costs = cost(points, shape)
+            costs = wished(points, shape)
             i = int(np.argmin(costs))
             if np.isfinite(costs[i]):
                 best.append((float(costs[i]), points[i], cell))
@@ -95,9 +97,22 @@ def _choose(
         raise NoPlaceError("There is no free place there that is big enough for it and within my reach.")
     best.sort(key=lambda entry: entry[0])
     lowest, point, cell = best[0]
-    lowest, point = _refine(point, lowest, shape, cost, Polygon(cell.polygon).intersection(free))
+    lowest, point = _refine(point, lowest, shape, wished, Polygon(cell.polygon).intersection(free))
     best[0] = lowest, point, cell
     return Place(point, cell, cells, _weighed(best[:MOST_CANDIDATES]))
+
+
+def _with_reach(cost: Cost, surface: Surface) -> Cost:
+    """Return the cost with what it takes to reach far: near the limit an arm is stretched and may not find a way."""
+    if not surface.reach:
+        return cost
+    shoulders, easy = np.array(surface.reach), EASY_REACH * surface.reach_max
+
+    def with_reach(points: FloatArray, moved: FloatArray) -> FloatArray:
+        reach = np.linalg.norm(points[:, None, :] - shoulders, axis=2).min(axis=1)
+        return np.asarray(cost(points, moved) + (np.maximum(reach - easy, 0.0) / (0.05 * surface.unit)) ** 2)
+
+    return with_reach
 
 
 def free_centres(

@@ -14,6 +14,9 @@ from uncom_reasoner.types import Candidate, Choice, Rule
 from uncom_reasoner.weights import Weights
 
 NONE = "none"
+NEAR_PROBABILITY = 0.03
+NEAR_ODDS = 2.0
+NEAR_RAY_LOG = 2.0
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 
 
@@ -53,7 +56,11 @@ def settle(
     things = [c for c in candidates if c.id != NONE]
     none = sum(c.probability for c in candidates if c.id == NONE)
     if not things or none > sum(c.probability for c in things):
-        raise NothingSeenError(f"I do not see {what} on the table.", candidates)
+        unseen = f"I do not see {what} on the table."
+        likely = _near_miss(things)
+        if likely is not None:
+            raise AmbiguousError(unseen, candidates, (likely.id,), part)
+        raise NothingSeenError(unseen, candidates)
     best = things[0]
     second = things[1].probability if len(things) > 1 else 0.0
     share = best.probability / sum(c.probability for c in things)
@@ -64,6 +71,23 @@ def settle(
     if len(close) < 2:
         close = things[:2]
     raise AmbiguousError(_which(what, close), candidates, tuple(c.id for c in close), part)
+
+
+def _near_miss(things: Sequence[Candidate]) -> Candidate | None:
+    """Return the one thing worth asking about though the words do not fit: half fitting words, or a plain gesture.
+
+    Misheard words and things taken for others are more frequent than people who speak of what is not there.
+    """
+    if not things:
+        return None
+    best, rest = things[0], sum(c.probability for c in things[1:])
+    stands_out = best.probability >= NEAR_ODDS * max(rest, 1e-12)
+    if stands_out and best.probability >= NEAR_PROBABILITY:
+        return best
+    rays = sorted((factor.log, c.id) for c in things for factor in c.factors if factor.name == "ray")
+    if len(rays) > 1 and rays[-1][0] - rays[-2][0] >= NEAR_RAY_LOG:
+        return next(c for c in things if c.id == rays[-1][1])
+    return None
 
 
 def _which(what: str, close: Sequence[Candidate]) -> str:

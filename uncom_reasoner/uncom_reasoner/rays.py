@@ -24,6 +24,7 @@ SPLIT_GAP_S = 0.45
 SPLIT_ANGLE_RAD = 0.45
 SPLIT_TIP_WIDTHS = 0.06  # of the image's width
 OTHER_HAND = 0.3  # what a hand counts that the gesture node does not call the pointing one
+LEAST_SHARE = 0.4  # of the weight that makes a gesture: less is a hand passing by, more may be a hand seen late
 INDEPENDENT_FRAMES = 4.0  # errors of neighbouring frames are alike, so that more frames than these do not help
 
 TransformAt = Callable[[float], FloatArray | None]
@@ -181,7 +182,7 @@ def phrase_ray(
         if weight > 0.0:
             scored.append((dwell, weight * (weight / (weight + other)) ** 2))
     total = sum(weight for _, weight in scored)
-    if total < weights.min_gesture_weight:
+    if total < weights.min_gesture_weight * LEAST_SHARE:
         return PhraseRay(role, span.start_s, span.end_s, (), total)
     # Attention goes to the longest look: squaring keeps a hand on its way from claiming a share.
     power = [(dwell, weight**2) for dwell, weight in scored if weight > 0.05 * total]

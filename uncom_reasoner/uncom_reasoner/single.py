@@ -8,7 +8,7 @@ from uncom_language.types import Command, Primitive, Relation
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.context import Context, context_of
 from uncom_reasoner.decisions import decision_of
-from uncom_reasoner.exceptions import CannotGroundError, UnsettledError
+from uncom_reasoner.exceptions import AmbiguousError, CannotGroundError, UnsettledError
 from uncom_reasoner.memory import Memory
 from uncom_reasoner.phrases import any_will_do, goes_back, is_pronoun, is_unspecific
 from uncom_reasoner.posterior import NONE, settle
@@ -55,7 +55,8 @@ def _find_object(command: Command, ray: PhraseRay, context: Context) -> Choice:
     answered = "object" in context.evidence.given.among
     if is_unspecific(reference) and not ray.present and len(things) > 1 and not answered:
         if not is_pronoun(reference):
-            raise CannotGroundError("I did not see which thing you pointed at.")
+            choices = tuple(c.id for c in things)
+            raise AmbiguousError("I did not see which thing you pointed at.", candidates, choices, "object")
         if not context.memory.places:
             raise CannotGroundError(f"I do not know what you mean by {reference.head!r}. Please name it.")
     return settle(candidates, spoken(reference), context.weights, any_will_do=any_will_do(reference, command))

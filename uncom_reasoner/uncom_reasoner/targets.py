@@ -19,7 +19,7 @@ from uncom_language.types import Command, Primitive, Reference, Relation
 from uncom_perception.types import Detection
 
 from uncom_reasoner.context import Context
-from uncom_reasoner.exceptions import CannotGroundError, NoPlaceError, NotSupportedError
+from uncom_reasoner.exceptions import AmbiguousError, CannotGroundError, NoPlaceError, NotSupportedError
 from uncom_reasoner.goals import (
     AREA_HEADS,
     anywhere_cost,
@@ -107,17 +107,18 @@ def _receiver(
     """A thing that is to hold the object."""
     query = Query(reference, ray, frozenset((moved.id,)), command.primitive)
     candidates = weigh(query, context)
-    bare = is_bare(reference) and not reference.modifiers
-    if bare:
+    answered = "target" in context.evidence.given.among
+    if is_bare(reference) and not reference.modifiers:
         if not ray.present and not is_pronoun(reference):
             containers = [c for c in candidates if c.id != NONE and _is_container(c.id, context)]
-            if len(containers) != 1:
-                raise CannotGroundError("I did not see where you pointed.")
+            if len(containers) != 1 and not answered:
+                choices = tuple(c.id for c in containers or candidates if c.id != NONE)
+                raise AmbiguousError("I did not see where you pointed.", candidates, choices, "target")
         likeliest = candidates[0].id
         if ray.present and (
             likeliest == NONE or nearest_z(ray, context.thing(likeliest), context) > context.weights.near_ray_z
         ):
-            return _pointed_place(moved, ray, point, context)
+            return _pointed_place(moved, point, context)
     choice = settle(candidates, spoken(reference), context.weights, any_will_do=any_will_do(reference, command))
     return _in_thing(command, moved, choice, point, context)
 
@@ -149,7 +150,7 @@ def _here(
 ) -> TargetResult:
     """A place that is pointed at; a container squarely under the ray still is what is meant (paper's rule)."""
     if not ray.present:
-        raise CannotGroundError("I did not see where you pointed.")
+        raise AmbiguousError("I did not see where you pointed.", (), (), "target")
     under = []
     for thing in context.things:
         if thing.id == moved.id or not _is_container(thing.id, context):
@@ -163,15 +164,13 @@ def _here(
         nearest = min(under)[1]
         query = Query(command.target, ray, frozenset((moved.id,)), command.primitive, among=frozenset((nearest,)))
         return _in_thing(command, moved, chosen(weigh(query, context), nearest), point, context)
-    return _pointed_place(moved, ray, point, context)
+    return _pointed_place(moved, point, context)
 
 
-def _pointed_place(moved: Detection, ray: PhraseRay, point: TablePoint | None, context: Context) -> TargetResult:
+def _pointed_place(moved: Detection, point: TablePoint | None, context: Context) -> TargetResult:
     _need_table(context)
-    if not ray.present:
-        raise CannotGroundError("I did not see where you pointed.")
     if point is None:
-        raise CannotGroundError("You did not point at a place on the table.")
+        raise AmbiguousError("You did not point at a place on the table.", (), (), "target")
     return _place(moved, pointed_cost(point, context.surface), context, point)
 
 

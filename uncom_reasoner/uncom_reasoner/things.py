@@ -131,6 +131,9 @@ def _add_ray(query: Query, context: Context, terms: dict[str, dict[str, float]])
     w = context.weights
     bare, deictic = is_bare(query.reference), bool(query.reference.deictic)
     stray = w.stray_deictic if deictic or bare else w.stray_named
+    # A gesture of which little was seen is less likely to be about these words.
+    sure = min(query.ray.weight / (2.0 * w.min_gesture_weight), 1.0)
+    stray = 1.0 - (1.0 - stray) * sure
     logs = {i: w.ray * ray_log(query.ray, errors_of(query.ray, context.thing(i), context), stray) for i in terms}
     # A finger on a lemon does not make a pear of it: for a named thing the gesture mostly chooses among what was seen.
     kept = 1.0 if bare else w.boost_deictic if deictic else w.boost_named

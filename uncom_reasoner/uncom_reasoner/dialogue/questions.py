@@ -29,10 +29,13 @@ ELSEWHERE = {
 def question_for(decision: Decision, context: Context, timeout_s: float) -> Question | None:
     """Return what to ask about an ambiguous decision, or None if nothing can be asked."""
     doubt = decision.doubt
-    if doubt is None or not doubt.choices:
+    if doubt is None:
         return None
     g = decision.grounded
     name = f"{doubt.part}-{g.utterance_id}-{g.index}"
+    if not doubt.choices:  # a place: no list of choices, but a hand can show it, and words can tell it
+        text = f"{g.reason} Please point at it again."
+        return Question(name, g.utterance_id, QuestionKind.GROUNDING, text, (), (), timeout_s, doubt.part)
     if doubt.part == "perspective":
         words = tuple(SIDE_WORDS[side] for side in doubt.choices)
         text = f"Left and right, or front and back: {' or '.join(words)}?"
