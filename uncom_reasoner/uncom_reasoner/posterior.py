@@ -57,7 +57,7 @@ def settle(
     none = sum(c.probability for c in candidates if c.id == NONE)
     if not things or none > sum(c.probability for c in things):
         unseen = f"I do not see {what} on the table."
-        likely = _near_miss(things)
+        likely = _near_miss([c for c in things if not _answered_no(c)])
         if likely is not None:
             raise AmbiguousError(unseen, candidates, (likely.id,), part)
         raise NothingSeenError(unseen, candidates)
@@ -71,6 +71,10 @@ def settle(
     if len(close) < 2:
         close = things[:2]
     raise AmbiguousError(_which(what, close), candidates, tuple(c.id for c in close), part)
+
+
+def _answered_no(candidate: Candidate) -> bool:
+    return any(factor.name == "answer" and factor.log < 0.0 for factor in candidate.factors)
 
 
 def _near_miss(things: Sequence[Candidate]) -> Candidate | None:
