@@ -44,11 +44,17 @@ class ShadowMap:
 
 @dataclass(frozen=True, slots=True)
 class Still:
-    """What does not move, drawn once: attributes (H, W, 3) and depth (H, W) before cutting, and its shadow map."""
+    """What does not move, drawn once: attributes (H, W, 3) and depth (H, W) before cutting, and its shadow map.
+
+    seen is its depth, lit how much of the lamp each pixel sees, rgb the finished picture.
+    """
 
     attributes: npt.NDArray[np.float32]
     depth: Depth
     shadow: ShadowMap
+    seen: Depth
+    lit: npt.NDArray[np.float32]
+    rgb: Rgb
 
 
 class Rasteriser:
@@ -75,48 +81,65 @@ class Rasteriser:
     ) -> tuple[Rgb, Depth]:
         """Return rgb (H, W, 3) and depth (H, W) [m], infinite where nothing is, of the stage as last updated."""
         attributes, depth = self._draw(camera, optical_to_world, faces)
-        shadow = self._shadow_map(light) if shadows else None
-        return self._developed(camera, optical_to_world, light, attributes, depth, shadow)
+        lit = self._lit(camera, optical_to_world, depth, self._shadow_map(light)) if shadows else None
+        rgb = self._coloured(attributes, depth, lit, light)
+        depth[depth >= 0.999 * _FAR_M] = np.inf
+        return rgb, depth
 
     def still(
         self, camera: PinholeCamera, optical_to_world: FloatArray, light: Light, faces: IntArray, casters: IntArray
     ) -> Still:
         """Draw what will not move, to be drawn over: visible triangles (M, 3) and those that cast shadows."""
-        return Still(*self._rasterised(camera, optical_to_world, faces, None), self._draw_shadows(light, casters, None))
+        attributes, depth = self._rasterised(camera, optical_to_world, faces, None)
+        shadow = self._draw_shadows(light, casters, None)
+        visible, seen = _cut_to(camera, attributes, depth)
+        lit = self._lit(camera, optical_to_world, seen, shadow)
+        rgb = self._coloured(visible, seen, lit, light)
+        return Still(attributes, depth, shadow, seen, lit, rgb)
 
     def render_over(
         self, still: Still, camera: PinholeCamera, optical_to_world: FloatArray, light: Light, moving: IntArray
     ) -> tuple[Rgb, Depth]:
-        """Return the same as `render` of the still things and of triangles (M, 3) that have moved since."""
+        """Return the same as `render` of the still things and of triangles (M, 3) that have moved since.
+
+        Colours are worked out only in the part of the picture where something is nearer, or in other light.
+        """
         drawn = self._rasterised(camera, optical_to_world, moving, still)
         attributes, depth = _cut_to(camera, *drawn)
-        shadow = self._draw_shadows(light, moving, still.shadow)
-        return self._developed(camera, optical_to_world, light, attributes, depth, shadow)
+        lit = self._lit(camera, optical_to_world, depth, self._draw_shadows(light, moving, still.shadow))
+        changed = ((depth != still.seen) | (lit != still.lit)).astype(np.uint8)
+        rgb = still.rgb.copy()
+        left, top, width, height = cv2.boundingRect(changed)
+        if width > 0:
+            # The lens spreads each pixel by one: a border of one is right only if another one was worked out.
+            inner, outer = _grown((top, left, height, width), 1, depth), _grown((top, left, height, width), 2, depth)
+            part = self._coloured(attributes[outer], depth[outer], lit[outer], light)
+            rows = slice(inner[0].start - outer[0].start, inner[0].stop - outer[0].start)
+            columns = slice(inner[1].start - outer[1].start, inner[1].stop - outer[1].start)
+            rgb[inner] = part[rows, columns]
+        depth[depth >= 0.999 * _FAR_M] = np.inf
+        return rgb, depth
 
-    def _developed(
+    def _coloured(
         self,
-        camera: PinholeCamera,
-        optical_to_world: FloatArray,
-        light: Light,
         attributes: npt.NDArray[np.float32],
         depth: Depth,
-        shadow: ShadowMap | None,
-    ) -> tuple[Rgb, Depth]:
+        lit: npt.NDArray[np.float32] | None,
+        light: Light,
+    ) -> Rgb:
         """Put colours together from what was rasterised."""
         atlas = self._stage.atlas
         places = attributes[..., :2] * np.array([atlas.shape[1], atlas.shape[0]], np.float32)
         colours = cv2.remap(atlas, np.ascontiguousarray(places), None, cv2.INTER_LINEAR)
         facing = np.ascontiguousarray(attributes[..., 2])
-        empty = depth >= 0.999 * _FAR_M
-        if shadow is not None:
-            facing *= self._lit(camera, optical_to_world, depth, shadow)
+        if lit is not None:
+            facing = facing * lit
         shade = np.float32(light.ambient) + np.float32(light.diffuse) * facing
         tinted = cv2.merge([shade * np.float32(tint) for tint in light.colour])
         colours = cv2.multiply(colours, tinted, dtype=cv2.CV_8U)
-        colours[empty] = _SKY
-        depth[empty] = np.inf
+        colours[depth >= 0.999 * _FAR_M] = _SKY
         # A lens never draws a line as sharp as a pixel.
-        return np.asarray(cv2.GaussianBlur(colours, (3, 3), 0.5), dtype=np.uint8), depth
+        return np.asarray(cv2.GaussianBlur(colours, (3, 3), 0.5), dtype=np.uint8)
 
     def _in_view(self, camera: PinholeCamera, pose: FloatArray, faces: IntArray) -> IntArray:
         """Return the triangles before the camera that may be in its picture.
@@ -232,6 +255,15 @@ def _cut_to(
     top, left = round((height - 1) / 2.0 - c.cy), round((width - 1) / 2.0 - c.cx)
     rows, columns = slice(top, top + c.height), slice(left, left + c.width)
     return np.ascontiguousarray(attributes[rows, columns]), np.ascontiguousarray(depth[rows, columns])
+
+
+def _grown(box: tuple[int, int, int, int], by: int, picture: Depth) -> tuple[slice, slice]:
+    """Return rows and columns of a box (top, left, height, width), larger by some pixels, inside the picture."""
+    top, left, height, width = box
+    return (
+        slice(max(0, top - by), min(picture.shape[0], top + height + by)),
+        slice(max(0, left - by), min(picture.shape[1], left + width + by)),
+    )
 
 
 def _canvas(principal: float, size: int) -> int:
