@@ -16,8 +16,9 @@ _END = EndpointerConfig()
 class SpeechConfig:
     """Parameters of speech_node."""
 
-    backend: str = field(default="pocketsphinx", metadata={"description": "recogniser: pocketsphinx"})
+    backend: str = field(default="pocketsphinx", metadata={"description": "recogniser: pocketsphinx, whisper"})
     language: str = field(default="en", metadata={"description": "language of the words"})
+    model: str = field(default="", metadata={"description": "Whisper: folder or hub name; empty: large-v3-turbo"})
     audio_topic: str = field(default="/audio", metadata={"description": "AudioDataStamped, stamp of the first sample"})
     sample_rate: int = field(default=16000, metadata={"description": "[Hz] until /audio_info says otherwise"})
     channels: int = field(default=1, metadata={"description": "interleaved, until /audio_info says otherwise"})
@@ -64,8 +65,9 @@ class SpeechConfig:
 class LanguageConfig:
     """Parameters of language_node."""
 
-    backend: str = field(default="grammar", metadata={"description": "language back end: grammar"})
-    language: str = field(default="en", metadata={"description": "language pack"})
+    backend: str = field(default="grammar", metadata={"description": "grammar, phi, or both"})
+    language: str = field(default="en", metadata={"description": "language pack: en, de"})
+    model: str = field(default="", metadata={"description": "instruct model: folder or hub name; empty: Phi-4-mini"})
     max_alternative_loss: float = field(
         default=6.0,
         metadata={

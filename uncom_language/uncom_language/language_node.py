@@ -27,7 +27,9 @@ class LanguageNode(ConfiguredNode[LanguageConfig]):
             UnknownLanguageError: there is no such language pack.
         """
         super().__init__("language_node", LanguageConfig, **node_options)
-        self._understanding = Understanding(self.config.backend, self.config.language, self.config.max_alternative_loss)
+        self._understanding = Understanding(
+            self.config.backend, self.config.language, self.config.max_alternative_loss, model=self.config.model
+        )
         self.get_logger().info(f"understanding with {self._understanding.backend}")
         self._commands = self.create_publisher(CommandMsg, "/uncom/command", 10)
         self.create_subscription(TranscriptMsg, "/uncom/transcript", self._on_transcript, 10)

@@ -56,7 +56,7 @@ class SpeechNode(ConfiguredNode[SpeechConfig]):
 
     def _load(self) -> Recognizer:
         recognizer = make_recognizer(
-            self.config.backend, self.config.language, tuple(filter(None, self.config.scene_words))
+            self.config.backend, self.config.language, tuple(filter(None, self.config.scene_words)), self.config.model
         )
         self.get_logger().info(f"hearing with {recognizer.backend}")
         return recognizer

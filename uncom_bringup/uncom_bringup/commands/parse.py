@@ -5,12 +5,15 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from uncom_bringup import output
 from uncom_bringup.commands.common import SubParsers, add_json
 from uncom_bringup.exceptions import BadInputError
+
+if TYPE_CHECKING:
+    from uncom_language.types import Command
 
 _LONGEST = 10_000  # characters; nobody says more in one sentence
 
@@ -23,6 +26,11 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
         description="Understand sentences: one per argument (bare words are one) or one per line of standard input.",
     )
     parser.add_argument("text", nargs="*", metavar="TEXT", help="a sentence; without any, lines of standard input")
+    parser.add_argument("--language", default="en", metavar="NAME", help="language pack: en, de (default: en)")
+    parser.add_argument(
+        "--backend", default="grammar", metavar="NAME", help="grammar, phi, or both with what they disagree on"
+    )
+    parser.add_argument("--model", default="", metavar="NAME", help="instruct model: a folder or a name on the hub")
     add_json(parser)
     parser.set_defaults(run=run)
 
@@ -52,6 +60,7 @@ def run(options: argparse.Namespace) -> int:
     """Parse each sentence; a refusal with its reason is an answer too."""
     from uncom_language import parser  # noqa: PLC0415  (only when it runs)
 
+    commands = _reader(options)
     for text in sentences(options.text):
         if not text.strip():
             if not options.text:
@@ -59,13 +68,34 @@ def run(options: argparse.Namespace) -> int:
             raise BadInputError("the sentence is empty")
         if len(text) > _LONGEST:
             raise BadInputError(f"the sentence has {len(text)} characters; at most {_LONGEST} are read")
-        result = parser.sentence_to_json(text, parser.parse_text(text))
+        result = parser.sentence_to_json(text, commands(text))
         if options.json:
             output.emit_json(result)
         else:
             for line in in_words(result):
                 output.emit(line)
     return 0
+
+
+def _reader(options: argparse.Namespace) -> Callable[[str], Sequence[Command]]:
+    """Return what turns a sentence into commands.
+
+    Raises:
+        BadInputError: no such language or back end, or its libraries or weights are missing.
+    """
+    from uncom_language.exceptions import LanguageError  # noqa: PLC0415
+    from uncom_language.parser.understanding import Understanding  # noqa: PLC0415
+
+    from uncom_language import parser  # noqa: PLC0415  (only when it runs)
+
+    try:
+        if options.backend == "grammar":
+            parser.grammar_parser(options.language)
+            return lambda text: parser.parse_text(text, options.language)
+        understanding = Understanding(options.backend, options.language, model=options.model)
+    except LanguageError as error:
+        raise BadInputError(str(error)) from error
+    return lambda text: understanding.understand(parser.typed_transcript(text, options.language))
 
 
 def in_words(result: Mapping[str, Any]) -> Iterator[str]:

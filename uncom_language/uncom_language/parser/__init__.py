@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Words to commands with a deterministic grammar (the default language back end)."""
+"""Words to commands with a deterministic grammar (the default language back end), or a language model."""
 
-from uncom_language.parser.commands import GrammarParser, grammar_parser, parse_text, parse_transcript
+from uncom_language.parser.commands import GrammarParser, grammar_parser, parse_text, parse_transcript, typed_transcript
 from uncom_language.parser.json_form import command_to_json, reference_to_json, sentence_to_json
 
 __all__ = [
@@ -12,4 +12,5 @@ __all__ = [
     "parse_transcript",
     "reference_to_json",
     "sentence_to_json",
+    "typed_transcript",
 ]

@@ -19,7 +19,7 @@ from uncom_language.parser.lexicon import Lexicon, load_lexicon
 from uncom_language.parser.places import Timing
 from uncom_language.parser.tagger import Tagger, split_text, without_fillers
 from uncom_language.parser.tokens import Item, Token
-from uncom_language.types import Act, Command, Primitive, Relation, Span, Transcript
+from uncom_language.types import Act, Command, Primitive, Relation, Span, Transcript, Word
 
 BACKEND = "grammar"
 # Text without sound gets even times, so that everything that follows is the same for both.
@@ -194,6 +194,14 @@ def parse_text(text: str, language: str = "en") -> tuple[Command, ...]:
     """Parse typed text; word times are made up from the words' positions."""
     count = sum(not item.is_break for item in split_text(text))
     return grammar_parser(language).parse(text, even_spans(count))
+
+
+def typed_transcript(text: str, language: str = "en") -> Transcript:
+    """Return typed text as if it had been heard, with made-up word times."""
+    pieces = text.split()
+    spans = even_spans(len(pieces))
+    words = tuple(Word(piece, span.start_s, span.end_s) for piece, span in zip(pieces, spans, strict=True))
+    return Transcript("", words, language=language, backend="typed")
 
 
 def parse_transcript(transcript: Transcript, language: str | None = None) -> tuple[Command, ...]:

@@ -1,42 +1,66 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A transcript with its alternatives to commands."""
+"""A transcript with its alternatives to commands, by the language back end of a name."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
-from uncom_language.exceptions import UnknownBackendError
+from uncom_language.exceptions import AnswerError, UnknownBackendError
+from uncom_language.llm.chat_model import DEFAULT_MODEL, ChatModel
+from uncom_language.llm.llm_parser import Answering, LlmParser
+from uncom_language.llm.reading import gist
 from uncom_language.parser.commands import BACKEND, GrammarParser, grammar_parser, parse_transcript
 from uncom_language.parser.translation import in_detector_words
 from uncom_language.types import Act, Alternative, Command, Transcript
 
+BACKENDS = (BACKEND, "phi", "both")
+
 
 class Understanding:
-    """The language back end of a name, looking at the recogniser's alternatives where the best words make no sense."""
+    """The grammar, a language model, or both, looking at the recogniser's alternatives where words make no sense."""
 
-    def __init__(self, backend: str = BACKEND, language: str = "en", max_alternative_loss: float = 6.0) -> None:
+    def __init__(
+        self,
+        backend: str = BACKEND,
+        language: str = "en",
+        max_alternative_loss: float = 6.0,
+        make_model: Callable[[], Answering] | None = None,
+        model: str = "",
+    ) -> None:
         """Load the back end.
 
         Args:
-            backend: "grammar".
+            backend: "grammar", "phi", or "both": the grammar's commands, with notes on what the model reads otherwise.
             language: name of the language pack.
             max_alternative_loss: how much lower [log score] an alternative may be that is taken instead.
+            make_model: makes the language model; by default it is loaded by its name.
+            model: folder or hub name of the instruct model; empty: Phi-4-mini-instruct.
 
         Raises:
-            UnknownBackendError: no such back end, or it is not installed.
+            UnknownBackendError: no such back end.
             UnknownLanguageError: there is no such language pack.
+            NotInstalledError: the model's libraries are missing.
+            ModelNotFoundError: the model's weights are missing.
         """
-        if backend != BACKEND:
-            hint = "the full models are not installed" if backend in ("phi", "phi4", "llm") else ""
-            raise UnknownBackendError("language", backend, (BACKEND,), hint)
+        if backend not in BACKENDS:
+            raise UnknownBackendError("language", backend, BACKENDS)
+        self._kind = backend
         self._parser: GrammarParser = grammar_parser(language)
         self._language = language
         self._max_loss = max_alternative_loss
+        self._llm: LlmParser | None = None
+        if backend != BACKEND:
+            self._llm = LlmParser(
+                make_model() if make_model is not None else ChatModel(model or DEFAULT_MODEL), language
+            )
 
     @property
     def backend(self) -> str:
         """Name of the back end."""
-        return self._parser.backend
+        if self._llm is None:
+            return self._parser.backend
+        return self._llm.backend if self._kind == "phi" else f"{self._parser.backend} + {self._llm.backend}"
 
     def understand(self, transcript: Transcript) -> tuple[Command, ...]:
         """Return the commands of a transcript, at least one.
@@ -45,9 +69,37 @@ class Understanding:
         replace them; the commands' notes say so. References are in the words of the English pack, which the detector
         knows, whatever the language.
         """
-        return tuple(in_detector_words(command, self._language) for command in self._read(transcript))
+        if self._kind == "phi":
+            commands = self._by_model(transcript)
+        else:
+            commands = self._by_grammar(transcript)
+            if self._llm is not None:
+                commands = self._compared(commands, self._by_model(transcript))
+        return tuple(in_detector_words(command, self._language) for command in commands)
 
-    def _read(self, transcript: Transcript) -> tuple[Command, ...]:
+    def _by_model(self, transcript: Transcript) -> tuple[Command, ...]:
+        if self._llm is None:
+            return ()
+        try:
+            return self._llm.parse(transcript)
+        except AnswerError as error:
+            refused = Command(transcript.utterance_id, Act.REFUSED, transcript.text, reason=str(error))
+            return (replace(refused, backend=self._llm.backend),)
+
+    def _compared(self, ours: tuple[Command, ...], models: tuple[Command, ...]) -> tuple[Command, ...]:
+        """Note what the model reads otherwise; its reading counts only where the grammar has none."""
+        (other,) = models
+        first = ours[0]
+        if other.act is Act.COMMAND and all(command.act is Act.REFUSED for command in ours):
+            note = f"only the language model understands this; the grammar says: {first.reason}"
+            return (replace(other, backend=self.backend, notes=(*other.notes, note)),)
+        if (other.act, gist(other)) == (first.act, gist(first)):
+            note = "the language model agrees"
+        else:
+            note = f"the language model reads this otherwise: {_in_words(other)}"
+        return tuple(replace(command, backend=self.backend, notes=(*command.notes, note)) for command in ours)
+
+    def _by_grammar(self, transcript: Transcript) -> tuple[Command, ...]:
         best = parse_transcript(transcript, self._language)
         if not _is_broken(best):
             return best
@@ -67,3 +119,10 @@ class Understanding:
 
 def _is_broken(commands: tuple[Command, ...]) -> bool:
     return any(command.act in (Act.REFUSED, Act.INCOMPLETE) for command in commands)
+
+
+def _in_words(command: Command) -> str:
+    if command.act is not Act.COMMAND:
+        return command.reason
+    primitive, relation, thing, place = gist(command)
+    return " - ".join(filter(None, [thing, primitive.value, relation.value if place else "", place]))

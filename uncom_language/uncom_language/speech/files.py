@@ -14,16 +14,20 @@ from uncom_language.speech.utterance_stream import UtteranceStream
 from uncom_language.types import Transcript, Word
 
 
-def transcribe_file(path: str | Path, backend: str = "pocketsphinx") -> Transcript:
+def transcribe_file(
+    path: str | Path, backend: str = "pocketsphinx", language: str = "en", model: str = ""
+) -> Transcript:
     """Recognise a sound or video file; times are seconds from its start, no words if nothing is said.
 
     Raises:
         SoundFileError: missing, unreadable, empty, or without sound.
         UnknownBackendError: no such back end.
+        UnknownLanguageError: the back end does not know the language.
+        NotInstalledError, ModelNotFoundError: libraries or weights of Whisper (`model`: folder or name) are missing.
     """
     sound = read_sound(path)
     started = monotonic()
-    recognizer = make_recognizer(backend)
+    recognizer = make_recognizer(backend, language, model=model)
     stream = UtteranceStream()
     segments = [*stream.feed(sound, 0.0), *stream.flush()]
     words: list[Word] = []

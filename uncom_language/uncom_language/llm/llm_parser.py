@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Words to a command with a language model: the paper's two prompts in one conversation (section III-C)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any, Protocol
+
+import yaml
+
+from uncom_language.exceptions import AnswerError, UnknownLanguageError
+from uncom_language.llm.reading import command_from_answer
+from uncom_language.llm.schema import answer_schema, checked
+from uncom_language.types import Act, Command, Transcript, Word
+
+PACKS = Path(__file__).parent / "packs"
+_RETRIES = 1
+_WORD_S = 0.4
+
+
+class Answering(Protocol):
+    """What the parser needs of a model."""
+
+    name: str
+
+    def answer(self, messages: list[Mapping[str, str]], schema: Mapping[str, Any]) -> str:
+        """Return the answer to a conversation."""
+
+
+@cache
+def prompts(language: str) -> tuple[str, str, tuple[Mapping[str, Any], ...]]:
+    """Return both prompts and the examples of a language.
+
+    Raises:
+        UnknownLanguageError: there are no prompts in it.
+    """
+    folder = PACKS / language
+    if not folder.is_dir():
+        raise UnknownLanguageError(language, sorted(path.name for path in PACKS.iterdir()))
+    shots = yaml.safe_load((folder / "few_shots.yaml").read_text(encoding="utf-8"))
+    extract, refine = ((folder / name).read_text(encoding="utf-8").strip() for name in ("extract.txt", "refine.txt"))
+    return extract, refine, tuple(shots)
+
+
+class LlmParser:
+    """Asks a model twice: what object, action and target are, then which of them are concrete."""
+
+    def __init__(self, model: Answering, language: str = "en") -> None:
+        """Keep the model and read the prompts.
+
+        Raises:
+            UnknownLanguageError: there are no prompts in the language.
+        """
+        self._model = model
+        self._language = language
+        self._extract, self._refine, self._shots = prompts(language)
+
+    @property
+    def backend(self) -> str:
+        """Name of the model."""
+        return f"phi ({self._model.name})"
+
+    def parse(self, transcript: Transcript) -> tuple[Command, ...]:
+        """Return the command of a transcript.
+
+        Raises:
+            AnswerError: the model gave no usable answer, not even when told what was wrong.
+        """
+        if not transcript.words:
+            return (Command(transcript.utterance_id, Act.REFUSED, "", reason="I heard no words", backend=self.backend),)
+        messages = [{"role": "system", "content": self._extract}, *self._examples()]
+        messages.append({"role": "user", "content": transcription(transcript.words)})
+        self._ask(messages, transcript, refined=False)
+        messages.append({"role": "user", "content": self._refine})
+        answer = self._ask(messages, transcript, refined=True)
+        return (command_from_answer(answer, transcript, self._language, self.backend),)
+
+    def _ask(self, messages: list[dict[str, str]], transcript: Transcript, *, refined: bool) -> dict[str, Any]:
+        """Ask, and once more with the error; the answer becomes part of the conversation."""
+        schema = answer_schema(refined=refined)
+        why = ""
+        for _ in range(1 + _RETRIES):
+            text = self._model.answer([dict(message) for message in messages], schema)
+            messages.append({"role": "assistant", "content": text})
+            try:
+                return checked(text, refined=refined, words=transcript.text)
+            except AnswerError as error:
+                why = str(error)
+                messages.append({"role": "user", "content": f"That cannot be used: {why}. Answer again, JSON only."})
+        raise AnswerError(f"{self._model.name} gave no usable answer: {why}")
+
+    def _examples(self) -> list[dict[str, str]]:
+        made: list[dict[str, str]] = []
+        for shot in self._shots:
+            words = tuple(
+                Word(text, _WORD_S * i, round(_WORD_S * (i + 0.9), 2)) for i, text in enumerate(shot["words"].split())
+            )
+            refined = {
+                name: {**part, "concrete": shot["concrete"][name]} if name in shot["concrete"] else part
+                for name, part in shot["extracted"].items()
+            }
+            made += [
+                {"role": "user", "content": transcription(words)},
+                {"role": "assistant", "content": json.dumps(shot["extracted"])},
+                {"role": "user", "content": self._refine},
+                {"role": "assistant", "content": json.dumps(refined)},
+            ]
+        return made
+
+
+def transcription(words: tuple[Word, ...]) -> str:
+    """Return words as Whisper's JSON: text, and chunks with timestamps [s]."""
+    return json.dumps(
+        {
+            "text": " ".join(word.text for word in words),
+            "chunks": [
+                {"text": word.text, "timestamp": [round(word.start_s, 2), round(word.end_s, 2)]} for word in words
+            ],
+        }
+    )
