@@ -10,22 +10,16 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
-from uncom_common.camera import PinholeCamera
 from uncom_common.exceptions import UncomError
-from uncom_common.transforms import StampedTransform
 from uncom_language.parser.patience import patience_s
-from uncom_language.parser.understanding import Understanding
-from uncom_language.speech.factory import make_recognizer
 from uncom_language.speech.listener import Listener, ListenerOptions
 from uncom_language.types import Act, Command, Transcript
 from uncom_perception.hands.backends import make_gesture_reader
-from uncom_perception.objects.backends import make_detector
+from uncom_perception.objects.tracking import ObjectTracker
 from uncom_perception.types import HandsFrame, Scene
 from uncom_reasoner.conversation import Conversation
 from uncom_reasoner.decisions import failed
@@ -38,55 +32,14 @@ from uncom_reasoner.types import Decision, Evidence
 from uncom_reasoner.weights import Weights, load_weights
 from uncom_reasoner.wording import refusal
 
+from uncom_bringup.chain_back_ends import detector_of, recognizer_of, understanding_of
 from uncom_bringup.chain_config import ChainConfig
-
-Rgb = npt.NDArray[np.uint8]
-Depth = npt.NDArray[np.float32]
+from uncom_bringup.chain_recording import Recording, Rgb
 
 _CHUNK_S = 0.05  # as the robot's audio driver sends it
 _PORTION_S = 10.0
 _QUIET_S = 1.0
 _PATIENCE_S = 600.0
-
-
-@dataclass(frozen=True, slots=True)
-class CameraFrame:
-    """One colour image (H, W, 3) with its stamp [s] and registered depth (H, W) [m], NaN where unknown, or None."""
-
-    stamp_s: float
-    rgb: Rgb
-    depth: Depth | None
-
-
-class Recording(Protocol):
-    """What the robot's senses gave: sound, images, the camera, and where it was."""
-
-    @property
-    def samples(self) -> npt.NDArray[np.int16]:
-        """Mono sound (N,)."""
-
-    @property
-    def sample_rate(self) -> int:
-        """Samples a second [Hz]."""
-
-    @property
-    def sound_start_s(self) -> float:
-        """Stamp of the first sample [s]."""
-
-    @property
-    def camera(self) -> PinholeCamera:
-        """Intrinsics of the images."""
-
-    @property
-    def camera_frame(self) -> str:
-        """Frame of the images."""
-
-    @property
-    def transforms(self) -> Sequence[tuple[StampedTransform, bool]]:
-        """All transforms; True for static ones."""
-
-    def frames(self) -> Iterator[CameraFrame]:
-        """Yield the images in order of time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,11 +83,9 @@ class Chain:
             UncomError: a back end cannot be loaded.
         """
         self.config = config or ChainConfig()
-        speech = self.config.speech
-        self._recognizer = make_recognizer(speech.backend, speech.language, tuple(filter(None, speech.scene_words)))
-        language = self.config.language
-        self._understanding = Understanding(language.backend, language.language, language.max_alternative_loss)
-        self._detector = make_detector(self.config.detection.backend, self.config.detection.lexicon)
+        self._recognizer = recognizer_of(self.config.speech)
+        self._understanding = understanding_of(self.config.language)
+        self._detector = detector_of(self.config.detection)
         self._weights: Weights = load_weights(self.config.reasoner.weights_file)
         self._placing = self.config.reasoner.placing()
 
@@ -197,10 +148,12 @@ class Chain:
         hands: Sequence[HandsFrame],
         memory: Memory,
         known: Sequence[Evidence] = (),
+        tracker: ObjectTracker | None = None,
     ) -> Evidence | None:
         """Gather what a command is decided on; None if there is no image.
 
-        Where the same image was searched for the same phrases before (`known`), it is not searched again.
+        Where the same image was searched for the same phrases before (`known`), it is not searched again. The tracker
+        knows the things of earlier images.
 
         Raises:
             UncomError: the detector cannot work with the image.
@@ -214,12 +167,14 @@ class Chain:
         job = Job(command, 0.0, 0.0, scene_s=choice.stamp_s, with_hand=choice.with_hand)
         job.phrases = phrases_of(command, memory.noun)
         same = (e.scene for e in known if e.scene.stamp_s == choice.stamp_s and e.phrases == job.phrases)
-        job.scene = next(same, None) or self._detect(recording, senses, job, image)
+        job.scene = next(same, None) or self._detect(recording, senses, job, image, tracker)
         enough_s = senses.hands_until(command, self._weights)
         job.until_s = float("inf") if enough_s is None else enough_s
         return evidence_of(job, senses, self.config.reasoner.base_frame)
 
-    def _detect(self, recording: Recording, senses: Senses, job: Job, image: Rgb) -> Scene:
+    def _detect(
+        self, recording: Recording, senses: Senses, job: Job, image: Rgb, tracker: ObjectTracker | None
+    ) -> Scene:
         pose = senses.camera_in_base(job.scene_s)
         scene = self._detector.detect(
             image,
@@ -231,7 +186,11 @@ class Chain:
             job.scene_s,
         )
         frame_id = self.config.reasoner.base_frame if pose is not None else recording.camera_frame
-        return dataclasses.replace(scene, frame_id=frame_id)
+        scene = dataclasses.replace(scene, frame_id=frame_id)
+        if not self.config.detection.track_objects or pose is None:
+            return scene
+        depth = senses.depth_at(job.scene_s)
+        return (tracker or ObjectTracker()).update(scene, depth, recording.camera, pose)
 
     def _senses(self, recording: Recording, hands: Sequence[HandsFrame], until_s: float) -> Senses:
         """Remember what came up to the first image at or after a time [s]."""
@@ -292,10 +251,10 @@ class Chain:
 
         Nobody answers questions here: a command that is asked about stays so, and what comes after it is left.
         """
-        clock, talk = clock or _Clock(), self.conversation()
+        clock, talk, tracker = clock or _Clock(), self.conversation(), ObjectTracker()
         done: list[Grounding] = []
         for command in commands:
-            grounding = self._ground(recording, command, hands, scenes, talk, clock)
+            grounding = self._ground(recording, command, hands, scenes, (talk, tracker), clock)
             if grounding is not None:
                 done.append(grounding)
             if talk.dialogue.question is not None:
@@ -308,9 +267,10 @@ class Chain:
         command: Command,
         hands: Sequence[HandsFrame],
         scenes: Sequence[Evidence],
-        talk: Conversation,
+        so_far: tuple[Conversation, ObjectTracker],
         clock: _Clock,
     ) -> Grounding | None:
+        talk, tracker = so_far
         if command.act is Act.INCOMPLETE and goes_back(command):
             command = dataclasses.replace(command, act=Act.COMMAND)
         if command.act in (Act.REFUSED, Act.INCOMPLETE, Act.FRAGMENT):
@@ -319,7 +279,7 @@ class Chain:
             return None
         start = time.process_time()
         try:
-            evidence = self.look(recording, command, hands, talk.memory, scenes)
+            evidence = self.look(recording, command, hands, talk.memory, scenes, tracker)
         except UncomError as error:
             return Grounding(command, Decision(failed(command, f"I cannot look at the table: {error}")))
         clock.add("detection", start)

@@ -9,7 +9,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import numpy.typing as npt
-from uncom_bringup.chain import CameraFrame, Grounding
+from uncom_bringup.chain import Grounding
+from uncom_bringup.chain_recording import CameraFrame
 from uncom_bringup.image_codec import encode_jpeg
 from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import TransformBuffer, apply, invert

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from uncom_bringup.chain import CameraFrame
+from uncom_bringup.chain_recording import CameraFrame
 from uncom_bringup.image_codec import decode_colour, decode_depth
 from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import StampedTransform, matrix_from_pose
