@@ -59,6 +59,35 @@ def arranged(
     return tuple(placed), area
 
 
+def beside(scene: Scene, more: Sequence[SceneObject], rng: np.random.Generator) -> tuple[SceneObject, ...] | None:
+    """Return a scene's things with more of them in free places, out of the way of what is asked for; None: no room."""
+    meant = scene.meaning
+    for _ in range(_TRIES):
+        placed = list(scene.objects)
+        shapes = [outline(thing) for thing in placed]
+        if meant is not None and meant.area is not None:
+            shapes.append(shapely.Point(meant.area).buffer(_LARGEST_M))
+        for thing in more:
+            found = _place(thing, shapes, scene.table, rng, _X_M, (-_Y_M, _Y_M))
+            if found is None:
+                break
+            placed.append(found)
+            shapes.append(outline(found))
+        if len(placed) < len(scene.objects) + len(more) or not everything_in_sight(
+            replace(scene, objects=tuple(placed))
+        ):
+            continue
+        by_id = {thing.id: thing for thing in placed}
+        sided = meant is not None and meant.target is not None and meant.relation not in ("in", "on")
+        if (
+            meant is None
+            or not sided
+            or _room_beside(by_id[meant.object], by_id[str(meant.target)], placed, meant.relation)
+        ):
+            return tuple(placed)
+    return None
+
+
 def _where(name: str, relation: str) -> tuple[Point2, Point2]:
     """Return the ranges of x and y [m] for a thing; a target leaves room on the side where something is to go."""
     if name == "target" and relation in _TARGETS:

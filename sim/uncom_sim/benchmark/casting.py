@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from uncom_sim.benchmark.arranging import arranged
+from uncom_sim.benchmark.arranging import arranged, beside
 from uncom_sim.benchmark.scenarios import scenarios
 from uncom_sim.benchmark.values import Cast, Conditions, Rivals, Scenario, TakePlan
 from uncom_sim.exceptions import SceneError
@@ -101,6 +101,22 @@ def plan_take(scenario: Scenario, index: int, seed: int) -> TakePlan:
     )
     world_seed = int(np.random.default_rng([seed, scenario.id, index, 12]).integers(1, 2**31))
     return TakePlan(scenario.id, index, seed, scene, ACTIONS[scenario.action], conditions, world_seed, manner)
+
+
+def with_bystanders(plan: TakePlan, count: int) -> TakePlan | None:
+    """Return a take with so many further things of kinds that its words do not name; None without room for them."""
+    rng = np.random.default_rng([plan.world_seed, 21])
+    taken = {thing.kind for thing in plan.scene.objects}
+    vague = not any(kind.split()[-1] in plan.scene.say for kind in _VESSELS)  # "this thing" may be any vessel
+    pool = [k for k in (*_FRUIT, *_VESSELS, *_OTHERS) if not _alike(k, taken) and not (vague and k in _VESSELS)]
+    if "fruit" in plan.scene.say:
+        pool = [k for k in pool if k not in _FRUIT]
+    kinds = [str(kind) for kind in rng.permutation(pool)[:count]]
+    if len(kinds) < count:
+        return None
+    more = tuple(SceneObject(f"bystander_{i + 1}", k, _colour(k, rng), 0.0, 0.0) for i, k in enumerate(kinds))
+    placed = beside(plan.scene, more, rng)
+    return None if placed is None else replace(plan, scene=replace(plan.scene, objects=placed))
 
 
 def _by_turns(options: Sequence[str], index: int, rng: np.random.Generator) -> str:

@@ -4,13 +4,9 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
-import os
 import sys
-import threading
 import time
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,13 +16,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from uncom_sim.benchmark.casting import plan_takes
 from uncom_sim.benchmark.journal import Journal, sources_digest
-from uncom_sim.benchmark.outcome import Outcome
 from uncom_sim.benchmark.page import report_page
+from uncom_sim.benchmark.pool import in_workers, run_take
 from uncom_sim.benchmark.report import report_of
 from uncom_sim.benchmark.studio import generator_version
 from uncom_sim.benchmark.text import report_text
 from uncom_sim.benchmark.values import TakePlan
-from uncom_sim.benchmark.worker import Task, Worker, WorkerOptions
+from uncom_sim.benchmark.worker import Task, WorkerOptions
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,35 +46,6 @@ class BenchmarkResult:
 
     report: dict[str, Any]
     text: str
-
-
-_worker: Worker | None = None
-
-
-def _start_worker(options: WorkerOptions, log: str) -> None:
-    """Load the cores once in each process; what native libraries print goes to a file."""
-    global _worker  # noqa: PLW0603 (one for each process, as the pool's initialiser needs it)
-    file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
-    os.dup2(file, 1)
-    os.dup2(file, 2)
-    import cv2  # noqa: PLC0415 (in the worker only)
-
-    cv2.setNumThreads(1)
-    threading.Thread(target=_leave_with, args=(os.getppid(),), daemon=True).start()
-    _worker = Worker(options)
-
-
-def _leave_with(parent: int) -> None:
-    """End this process when the one that started it is gone, however that came."""
-    while os.getppid() == parent:
-        time.sleep(1.0)
-    os._exit(1)
-
-
-def _run_take(task: Task) -> Outcome:
-    if _worker is None:
-        raise RuntimeError("the worker was not started")
-    return _worker.run(task)
 
 
 def tasks_of(plans: Sequence[TakePlan]) -> tuple[Task, ...]:
@@ -113,9 +80,10 @@ def run_benchmark(options: BenchmarkOptions) -> BenchmarkResult:
     done = journal.outcomes()
     waiting = [task for task in tasks if task.plan.name not in done]
     console = Console(file=sys.stderr)
-    with _progress(console) as bar:
+    with progress_bar(console) as bar:
         task = bar.add_task("takes", total=len(plans), completed=len(plans) - len(waiting), right="")
-        for outcome in _outcomes(waiting, options):
+        log = options.folder / "workers.log"
+        for outcome in in_workers(run_take, waiting, worker_options(options), options.jobs, log):
             journal.add(outcome)
             done[outcome.take] = outcome
             right = sum(one.right for one in done.values())
@@ -137,7 +105,15 @@ def run_benchmark(options: BenchmarkOptions) -> BenchmarkResult:
     return BenchmarkResult(report, text)
 
 
-def _progress(console: Console) -> Progress:
+def worker_options(options: BenchmarkOptions) -> WorkerOptions:
+    """Return what the workers of a run need."""
+    pictures = options.folder / "pictures"
+    pictures.mkdir(exist_ok=True)
+    return WorkerOptions(options.cache, pictures, options.parameter_files, options.variants)
+
+
+def progress_bar(console: Console) -> Progress:
+    """Return a bar with how many takes were right so far."""
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -147,26 +123,3 @@ def _progress(console: Console) -> Progress:
         TimeRemainingColumn(),
         console=console,
     )
-
-
-def _outcomes(tasks: Sequence[Task], options: BenchmarkOptions) -> Iterator[Outcome]:
-    """Yield outcomes as they come, from worker processes."""
-    if not tasks:
-        return
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    pictures = options.folder / "pictures"
-    pictures.mkdir(exist_ok=True)
-    worker = WorkerOptions(options.cache, pictures, options.parameter_files, options.variants)
-    log = str(options.folder / "workers.log")
-    pool = ProcessPoolExecutor(
-        max_workers=min(options.jobs, len(tasks)),
-        mp_context=multiprocessing.get_context("spawn"),
-        initializer=_start_worker,
-        initargs=(worker, log),
-    )
-    try:
-        futures: list[Future[Outcome]] = [pool.submit(_run_take, task) for task in tasks]
-        for future in as_completed(futures):
-            yield future.result()
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)

@@ -18,6 +18,7 @@ from uncom_sim.benchmark.outcome import Outcome
 from uncom_sim.benchmark.recording import TakeRecording, load_take, save_take
 from uncom_sim.benchmark.scenarios import scenario
 from uncom_sim.benchmark.staging import explain_miss, first_wrong_stage
+from uncom_sim.benchmark.stress import CURVES, filmed_plan, heard_otherwise
 from uncom_sim.benchmark.studio import generator_version, make_take
 from uncom_sim.benchmark.values import TakePlan
 from uncom_sim.benchmark.variants import study
@@ -42,6 +43,25 @@ class Task:
 
     plan: TakePlan
     swapped: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class StressTask:
+    """One take under one difficulty; the level counts only for one that has to be filmed."""
+
+    plan: TakePlan
+    curve: str
+    level: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class StressPoint:
+    """Whether a take was right at a level of a difficulty."""
+
+    curve: str
+    level: float
+    take: str
+    right: bool
 
 
 class Worker:
@@ -101,6 +121,20 @@ class Worker:
         stage, detail = first_wrong_stage(plan, recording, command, studied.true_command, evidence)
         pictures = () if self._options.pictures is None else draw_miss(self._options.pictures, plan, recording, first)
         return replace(outcome, stage=stage, why=explain_miss(verdict, stage, detail), pictures=pictures)
+
+    def stress(self, task: StressTask) -> list[StressPoint]:
+        """Run one take through all levels of one difficulty, or through one level that has to be filmed."""
+        plan, curve = task.plan, next(one for one in CURVES if one.name == task.curve)
+        if not curve.filmed:
+            right = heard_otherwise(self._chain, plan, self.recording(plan)[0], curve.name)
+            return [StressPoint(curve.name, level, plan.name, right(level)) for level in curve.levels]
+        changed = filmed_plan(plan, curve.name, task.level)
+        if changed is None:
+            return []
+        recording, _ = self.recording(changed)
+        first = first_command(self._chain.understand(recording))
+        verdict = judge(changed, recording.truth.states, first.decision.grounded if first else None)
+        return [StressPoint(curve.name, task.level, plan.name, verdict.right)]
 
 
 def first_command(result: ChainResult) -> Grounding | None:

@@ -28,6 +28,9 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     parser.add_argument("--cache", metavar="DIR", help="where takes are kept, about 8 MB each (default: user's cache)")
     parser.add_argument("--fresh", action="store_true", help="forget what an interrupted run has left")
     parser.add_argument("--no-variants", action="store_true", help="only ours: no published rules, no ablations")
+    parser.add_argument(
+        "--stress", action="store_true", help="curves instead: blur, light, distractors, landmarks, word times, words"
+    )
     parser.add_argument("--params-file", action="append", default=[], metavar="YAML", help="node parameters over ours")
     add_json(parser)
     parser.set_defaults(run=run)
@@ -37,10 +40,12 @@ def run(options: argparse.Namespace) -> int:
     """Run the benchmark."""
     try:
         from uncom_sim.benchmark import run as benchmark  # noqa: PLC0415  (only when it runs)
+        from uncom_sim.benchmark.run_stress import run_stress_curves  # noqa: PLC0415
     except ImportError as error:
         raise BadInputError(f"the simulator is not installed here ({error}); `uncom doctor` says what is") from error
     folder = output_folder(options.out, f"bench-understanding-{options.seed}", options.force)
-    result = benchmark.run_benchmark(
+    measure = run_stress_curves if options.stress else benchmark.run_benchmark
+    result = measure(
         benchmark.BenchmarkOptions(
             seed=options.seed,
             scenarios=options.scenarios,
