@@ -6,11 +6,13 @@ from __future__ import annotations
 import sys
 from typing import Any
 
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from uncom_common.configured_node import ConfiguredNode, run_node
 from uncom_common.conversions import seconds_from_msg
 
 from uncom_interfaces.msg import Command as CommandMsg
 from uncom_interfaces.msg import Transcript as TranscriptMsg
+from uncom_interfaces.msg import Vocabulary as VocabularyMsg
 from uncom_language.config import LanguageConfig
 from uncom_language.conversions import command_to_msg, transcript_from_msg
 from uncom_language.parser.understanding import Understanding
@@ -32,7 +34,12 @@ class LanguageNode(ConfiguredNode[LanguageConfig]):
         )
         self.get_logger().info(f"understanding with {self._understanding.backend}")
         self._commands = self.create_publisher(CommandMsg, "/uncom/command", 10)
+        latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.create_subscription(VocabularyMsg, "/uncom/vocabulary", self._on_vocabulary, latched)
         self.create_subscription(TranscriptMsg, "/uncom/transcript", self._on_transcript, 10)
+
+    def _on_vocabulary(self, msg: VocabularyMsg) -> None:
+        self._understanding.offer(msg.words)
 
     def _on_transcript(self, msg: TranscriptMsg) -> None:
         stamp_s = seconds_from_msg(msg.header.stamp)

@@ -50,7 +50,8 @@ class SpeechNode(ConfiguredNode[SpeechConfig]):
         )
         self._listener = Listener(self._load, self._heard, self._status, options)
         self._listener.start()
-        self.create_subscription(VocabularyMsg, "/uncom/vocabulary", self._on_vocabulary, latched)
+        offered = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self.create_subscription(VocabularyMsg, "/uncom/vocabulary", self._on_vocabulary, offered)
         self.create_subscription(AudioInfo, "/audio_info", self._on_info, latched)
         self.create_subscription(AudioDataStamped, config.audio_topic, self._on_audio, 500)
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from uncom_language.exceptions import AnswerError, UnknownBackendError
@@ -12,6 +12,7 @@ from uncom_language.llm.llm_parser import Answering, LlmParser
 from uncom_language.llm.reading import gist
 from uncom_language.parser.commands import BACKEND, GrammarParser, grammar_parser, parse_transcript
 from uncom_language.parser.translation import in_detector_words
+from uncom_language.parser.word_repair import repaired
 from uncom_language.types import Act, Alternative, Command, Transcript
 
 BACKENDS = (BACKEND, "phi", "both")
@@ -49,6 +50,7 @@ class Understanding:
         self._parser: GrammarParser = grammar_parser(language)
         self._language = language
         self._max_loss = max_alternative_loss
+        self._offered: tuple[str, ...] = ()
         self._llm: LlmParser | None = None
         if backend != BACKEND:
             self._llm = LlmParser(
@@ -75,7 +77,15 @@ class Understanding:
             commands = self._by_grammar(transcript)
             if self._llm is not None:
                 commands = self._compared(commands, self._by_model(transcript))
-        return tuple(in_detector_words(command, self._language) for command in commands)
+        mended = (
+            repaired(command, self._offered, transcript.alternatives, self._language, known_too=False)
+            for command in commands
+        )
+        return tuple(in_detector_words(command, self._language) for command in mended)
+
+    def offer(self, words: Iterable[str]) -> None:
+        """Say which further nouns may be meant; an unknown noun that sounds like one of them is taken for it."""
+        self._offered = (*self._offered, *(word for word in words if word not in self._offered))
 
     def _by_model(self, transcript: Transcript) -> tuple[Command, ...]:
         if self._llm is None:
