@@ -199,3 +199,15 @@ def in_words(detail: dict[str, Any]) -> str:
     text = f"{mark} case {detail['case']:2d}: {detail['relation']} {detail['kind']}{target} ({detail['arm']}, "
     text += f"{detail['clutter']} things, {detail['attempts']} tries): {detail['said']}"
     return text if detail["success"] else f"{text}; {detail['physics']}; table touched {detail['table_touches']} times"
+
+
+def table(result: dict[str, Any]) -> str:
+    """Return the totals as lines for people."""
+    lines = [f"{result['succeeded']} of {result['runs']} commands ended as they should ({result['wall_s']:.0f} s)"]
+    lines.append(f"touches of the table: {result['table_contacts']}")
+    lines.append(f"runs that moved something else over 2 cm: {result['bystander_moved_share']:.1%}")
+    lines += [
+        ", ".join(f"{name or 'none'} {share}" for name, share in result[key].items())
+        for key in ("by_relation", "by_kind", "by_arm")
+    ]
+    return "\n".join(lines)

@@ -27,10 +27,12 @@ _BESIDE = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0,
 _SMALL = ("banana", "apple", "lemon", "orange", "pear", "spoon")
 _INTO = {
     "bowl": _SMALL,
-    "frying pan": (*_SMALL, "can", "cup", "mug"),
-    "plate": (*_SMALL, "can", "cup", "mug", "bottle"),
+    "frying pan": _SMALL,
 }
-_ONTO = {"box": ("apple", "pear", "mug", "cup", "can", "bottle", "box"), "plate": (*_SMALL, "mug", "cup", "can")}
+_ONTO = {
+    "box": ("apple", "pear", "mug", "cup", "can", "bottle", "box"),
+    "plate": (*_SMALL, "mug", "cup", "can", "bottle"),
+}
 _STACKED = {"plate": ("bowl", "mug", "cup"), "box": ("box", "can", "cup", "mug", "bottle")}
 _X = (0.50, 0.70)
 _Y = 0.36

@@ -120,7 +120,8 @@ def _inside(thing: ObjectState, target: ObjectState, over_rim_m: float = -0.003)
         return False, f"{target.id} was tipped over"
     place = target.pose[:3, :3].T @ (thing.position - target.position)
     away = float(np.hypot(place[0] - opening.centre[0], place[1] - opening.centre[1]))
-    half = float(np.min(thing.size)) / 2.0
+    # what leans in a bowl reaches down by its thinnest side; what stands on a plate by half its height
+    half = max(float(np.min(thing.size)) / 2.0, _half_height(thing) if over_rim_m > 0.0 else 0.0)
     above = float(place[2]) - half - opening.rim_z
     if away > opening.radius or above > over_rim_m:
         return False, f"{thing.id} is not in {target.id}: {away:.2f} m from its middle"

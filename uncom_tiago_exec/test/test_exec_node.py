@@ -6,21 +6,22 @@ import threading
 import numpy as np
 import pytest
 import rclpy
-from exec_fixtures import TABLE_Z, ball_cloud, detection
+from exec_fixtures import TABLE_Z, ball_cloud, detection, robot
 from geometry_msgs.msg import Point32, Polygon
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Empty
+from std_srvs.srv import Trigger
 from uncom_common.conversions import header_to_msg
 from uncom_perception.conversions import detection_to_msg
 from uncom_tiago_exec.conversions import goal_to_msg, status_from_msg, status_to_msg, task_from_msg, trajectory_from_msg
 from uncom_tiago_exec.execution_node import ExecutionNode
 from uncom_tiago_exec.types import Stage, Status, Trajectory
 
-from uncom_interfaces.msg import Answer, ExecutionStatus, GroundedCommand, Question
+from uncom_interfaces.msg import Answer, ExecutionStatus, GroundedCommand
 
-DOMAIN = 70
+DOMAIN = 82
 
 
 def command():
@@ -45,11 +46,10 @@ class Graph:
         overrides = [Parameter(name, value=value) for name, value in parameters.items()]
         self.node = ExecutionNode(context=self.context, parameter_overrides=overrides)
         self.listener = rclpy.create_node("listener", context=self.context)
-        self.seen, self.questions = [], []
+        self.seen = []
         self.changed = threading.Condition()
         latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.listener.create_subscription(ExecutionStatus, "/uncom/execution_status", self._keep(self.seen), latched)
-        self.listener.create_subscription(Question, "/uncom/question", self._keep(self.questions), 10)
         self.commands = self.listener.create_publisher(GroundedCommand, "/uncom/grounded_command", 10)
         self.answers = self.listener.create_publisher(Answer, "/uncom/answer", 10)
         self.stops = self.listener.create_publisher(Empty, "/uncom/stop", 10)
@@ -115,6 +115,39 @@ def test_a_failed_grounding_starts_nothing(graph):
     g.commands.publish(command())
     g.wait(lambda: any(m.stage == ExecutionStatus.FAILED for m in g.seen))
     assert all(m.utterance_id != "bad" for m in g.seen)
+
+
+def test_nothing_moves_without_a_yes_to_the_very_question(graph):
+    """A yes without a question's id, or with another one's, is none; a no refuses."""
+    g = graph(require_approval=True)
+    g.node._model = robot()
+    g.wait(lambda: bool(g.seen))
+    g.commands.publish(command())
+    g.wait(lambda: any(m.stage == ExecutionStatus.AWAITING_APPROVAL for m in g.seen))
+    for name in ("", "approve-u6-0"):
+        g.answers.publish(Answer(question_id=name, answer=Answer.YES))
+    g.answers.publish(Answer(question_id="approve-u7-0", answer=Answer.NO))
+    g.wait(lambda: any(m.stage == ExecutionStatus.FAILED for m in g.seen))
+    assert all(m.stage != ExecutionStatus.PLANNING for m in g.seen)
+    assert "not approved" in next(m.detail for m in g.seen if m.stage == ExecutionStatus.FAILED)
+
+
+def test_a_stop_holds_until_reset(graph):
+    g = graph(require_approval=False)
+    g.wait(lambda: bool(g.seen))
+    g.stops.publish(Empty())
+    g.wait(lambda: any(m.stage == ExecutionStatus.STOPPED for m in g.seen))
+    g.commands.publish(command())
+    g.wait(lambda: any(m.stage == ExecutionStatus.FAILED for m in g.seen))
+    assert "/uncom/reset" in next(m.detail for m in g.seen if m.stage == ExecutionStatus.FAILED)
+    reset = g.listener.create_client(Trigger, "/uncom/reset")
+    assert reset.wait_for_service(10.0)
+    count = len(g.seen)
+    future = reset.call_async(Trigger.Request())
+    g.wait(lambda: future.done() and any(m.stage == ExecutionStatus.IDLE for m in g.seen[count:]))
+    assert future.result().success
+    g.commands.publish(command())
+    g.wait(lambda: any("robot_description has not arrived" in m.detail for m in g.seen[count:]))
 
 
 def test_a_command_survives_the_way_into_a_task():

@@ -24,7 +24,7 @@ class PathGrid:
     second: FloatArray
 
 
-def blend(waypoints: FloatArray, scale: FloatArray, radius: float = 0.25, step: float = 0.02) -> PathGrid:
+def blend(waypoints: FloatArray, scale: FloatArray, radius: float = 0.25, step: float = 0.04) -> PathGrid:
     """Blend waypoints (N, J), N >= 2, with parabolas of at most `radius` on both sides of each corner.
 
     Lengths are measured in joint coordinates divided by `scale` (J,); `step` is the spacing of the grid.

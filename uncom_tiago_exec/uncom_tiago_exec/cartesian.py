@@ -14,7 +14,7 @@ from uncom_tiago_exec.types import FloatArray
 STEP = 0.01  # [m]
 CHECK = 0.02  # [rad] between checks; motions are looked at again, closely, once they are timed
 LARGEST_JUMP = 0.25  # [rad] a step of 1 cm never needs more, unless the arm flips
-LARGEST_TORSO_JUMP = 0.03  # [m]
+LARGEST_TORSO_JUMP = 0.04  # [m]
 
 
 def interpolate_poses(start: FloatArray, end: FloatArray, count: int) -> list[FloatArray]:

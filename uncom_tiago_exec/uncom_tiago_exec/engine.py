@@ -21,12 +21,13 @@ from uncom_tiago_exec.recovery import way_home
 from uncom_tiago_exec.robot_interface import RobotInterface
 from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Outcome, Stage, Status, Trajectory
-from uncom_tiago_exec.verification import middle_of, verify
+from uncom_tiago_exec.verification import extent, middle_of, verify
 
 _LOG = logging.getLogger(__name__)
 SUPPORTED = (*PLACING, "pick")
 _SQUEEZE = 0.03  # [m] the fingers aim this much below what they hold; with 2 cm tolerance each they keep pressing
 _SLIPPED = 0.014  # [m] fingers that close this much further have lost what was between them
+_LIKE_SIZE = 0.5  # of the logarithm of two sizes
 _FOLLOW_M = 0.12  # [m] after a failed grasp the thing is looked for this far around its last place
 
 Report = Callable[[Status], None]
@@ -45,11 +46,13 @@ class Engine:
         self._stage = Stage.IDLE
         self._in_hand = ""
         self._held_gap = 0.0
+        self._verification: dict[str, object] = {}
 
     def execute(self, task: ManipulationTask) -> Outcome:
         """Carry out a task; every stage is reported, the last one is DONE, FAILED or STOPPED."""
         self._in_hand = ""
         self._stage = Stage.IDLE
+        self._verification = {}
         try:
             text = self._run(task)
         except StoppedError as error:
@@ -61,7 +64,8 @@ class Engine:
     def _end(self, stage: Stage, text: str) -> Outcome:
         before = self._stage
         self._tell(stage, text)
-        return Outcome(stage == Stage.DONE, stage if stage == Stage.DONE else before, text, self._in_hand)
+        end = stage if stage == Stage.DONE else before
+        return Outcome(stage == Stage.DONE, end, text, self._in_hand, self._verification)
 
     def _tell(self, stage: Stage, detail: str = "", arm: str = "", data: dict[str, object] | None = None) -> None:
         self._report(Status(stage, detail, arm, data or {}))
@@ -75,6 +79,7 @@ class Engine:
             plan = self._plan(task, failed, attempt)
             try:
                 self._take(task, plan)
+                self._carry(plan)
                 break
             except MotionError:
                 self._recover(plan)
@@ -82,7 +87,10 @@ class Engine:
             except GraspFailedError as error:
                 if plan.grasp is not None:
                     failed.append(plan.grasp.pose)
-                self._give_up_grasp(plan)
+                if self._stage == Stage.TRANSFERRING:
+                    self._recover(plan, "I go back and look where it is")
+                else:
+                    self._give_up_grasp(plan)
                 if attempt + 1 == self._config.grasp_attempts:
                     raise
                 self._tell(Stage.PLANNING, f"{error}; I try another way", plan.side)
@@ -132,7 +140,7 @@ class Engine:
             else:
                 self._robot.grip(plan.side, step.gap)
             if holding and step.stage == Stage.LIFTING:
-                self._still_held(plan, what)
+                self._still_held(plan, what, "the {} slipped out of my fingers")
 
     def _close(self, plan: Plan, what: str) -> None:
         """Close on the thing, press, and tell from the gap whether anything is there."""
@@ -144,11 +152,11 @@ class Engine:
         self._held_gap = gap
         self._tell(Stage.GRASPING, f"holding something {gap * 1000:.0f} mm wide", plan.side, {"gap_m": round(gap, 4)})
 
-    def _still_held(self, plan: Plan, what: str) -> None:
+    def _still_held(self, plan: Plan, what: str, lost: str) -> None:
         width = plan.grasp.width if plan.grasp is not None else 0.0
         if _gap(self._robot.positions(), plan.side) < max(_empty_below(width), self._held_gap - _SLIPPED):
             self._in_hand = ""
-            raise GraspFailedError(f"the {what} slipped out of my fingers")
+            raise GraspFailedError(lost.format(what))
 
     def _announce(self, step: MoveStep | GripStep, plan: Plan) -> None:
         data: dict[str, object] = {}
@@ -156,27 +164,36 @@ class Engine:
             data["duration_s"] = round(step.trajectory.duration_s, 3)
         self._tell(step.stage, step.detail, plan.side, data)
 
-    def _place(self, plan: Plan) -> None:
-        width = plan.grasp.width if plan.grasp is not None else 0.0
+    def _carry(self, plan: Plan) -> None:
+        """Bring the thing over its place; what is lost on the way is noticed there."""
         for step in plan.steps:
-            if step.stage <= Stage.LIFTING:
+            if isinstance(step, MoveStep) and step.stage == Stage.TRANSFERRING:
+                self._announce(step, plan)
+                self._robot.follow(step.trajectory)
+                self._still_held(plan, self._in_hand, "I lost the {} on the way")
+
+    def _place(self, plan: Plan) -> None:
+        """Set the thing down, let go, and go home.
+
+        On the last centimetres it may touch what it is to rest on, and turn or move between the fingers as it settles:
+        the fingers then close further and tell nothing. Whether it stands where it should is seen afterwards.
+        """
+        for step in plan.steps:
+            if step.stage <= Stage.TRANSFERRING:
                 continue
-            if isinstance(step, GripStep) and step.stage != Stage.PLACING:
-                self._robot.grip(plan.side, step.gap)
-            elif isinstance(step, GripStep):
-                if _gap(self._robot.positions(), plan.side) < max(_empty_below(width), self._held_gap - _SLIPPED):
-                    lost, self._in_hand = self._in_hand, ""
-                    raise MotionError(f"I lost the {lost} on the way")
+            if isinstance(step, MoveStep):
+                self._announce(step, plan)
+                self._robot.follow(step.trajectory)
+            elif step.stage == Stage.PLACING:
                 self._announce(step, plan)
                 self._robot.grip(plan.side, step.gap)
                 self._in_hand = ""
             else:
-                self._announce(step, plan)
-                self._robot.follow(step.trajectory)
+                self._robot.grip(plan.side, step.gap)
 
-    def _recover(self, plan: Plan) -> None:
+    def _recover(self, plan: Plan, why: str = "something went wrong; I go back to where I began") -> None:
         """Go home after a fault without dropping what is held, if there is a free way; else stay."""
-        self._tell(Stage.HOMING, "something went wrong; I go back to where I began", plan.side)
+        self._tell(Stage.HOMING, why, plan.side)
         try:
             positions = self._robot.positions()
             for motion in way_home(self._model, plan, positions, self._config, holding=bool(self._in_hand)):
@@ -202,7 +219,7 @@ class Engine:
     def _look_for(self, task: ManipulationTask) -> ManipulationTask:
         """Look again and follow the thing to where it is now."""
         scene = self._robot.look()
-        thing = _nearest(scene, task.object)
+        thing = _nearest(scene, task.object) or _displaced(scene, task)
         if thing is None:
             raise GraspFailedError(f"I no longer see the {task.object_text or 'object'}")
         target = _nearest(scene, task.target) if task.target is not None else None
@@ -215,7 +232,8 @@ class Engine:
             return f"I have put the {task.object_text or 'object'} down"
         self._tell(Stage.VERIFYING, "looking again")
         finding = verify(task, plan, self._robot.look())
-        data: dict[str, object] = {"error_m": finding.error_m, "moved": dict(finding.moved)}
+        data = finding.as_data()
+        self._verification = data
         self._tell(Stage.VERIFYING, finding.text, plan.side, data)
         if not finding.success:
             raise ExecutionError(finding.text)
@@ -250,3 +268,17 @@ def _nearest(scene: Scene, thing: Detection) -> Detection | None:
     if not near or min(near)[0] > _FOLLOW_M:
         return None
     return seen[min(near)[1]]
+
+
+def _displaced(scene: Scene, task: ManipulationTask) -> Detection | None:
+    """Return the thing of like size that stands where nothing stood before."""
+    size = extent(task.object)
+    known = [middle_of(d) for d in task.scene if d.geometry is not None and d.id != task.object.id]
+    best: tuple[float, Detection] | None = None
+    for seen in scene.detections:
+        if seen.geometry is None or any(np.linalg.norm(middle_of(seen) - old) < 0.03 for old in known):
+            continue
+        misfit = abs(float(np.log(max(extent(seen), 1e-3) / max(size, 1e-3))))
+        if misfit < _LIKE_SIZE and (best is None or misfit < best[0]):
+            best = (misfit, seen)
+    return best[1] if best else None

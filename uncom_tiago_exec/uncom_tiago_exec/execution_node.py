@@ -2,12 +2,13 @@
 """Grounded commands to motion.
 
 Subscribes /uncom/grounded_command, /uncom/answer (approval), /uncom/stop, /robot_description and what RosRobot needs;
-publishes /uncom/execution_status and /uncom/question; serves /uncom/execute. One command is carried out at a time, in
+publishes /uncom/execution_status; serves /uncom/execute and /uncom/reset. One command is carried out at a time, in
 a worker thread; callbacks only store and wake it.
 """
 
 from __future__ import annotations
 
+import json
 import queue
 import sys
 import threading
@@ -18,12 +19,13 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Empty, String
+from std_srvs.srv import Trigger
 from uncom_common.configured_node import ConfiguredNode, run_node
-from uncom_common.conversions import duration_to_msg, header_to_msg
+from uncom_common.conversions import header_to_msg
 from uncom_common.exceptions import UncomError
 
 from uncom_interfaces.action import Execute
-from uncom_interfaces.msg import Answer, ExecutionStatus, GroundedCommand, Question
+from uncom_interfaces.msg import Answer, ExecutionStatus, GroundedCommand
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.conversions import status_to_msg, task_from_msg
 from uncom_tiago_exec.engine import Engine
@@ -31,6 +33,8 @@ from uncom_tiago_exec.exceptions import RefusedError
 from uncom_tiago_exec.robot_access_node import RosRobot
 from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.types import ManipulationTask, Outcome, Stage, Status
+
+STOPPED_TEXT = "I was stopped; /uncom/reset lets me move again"
 
 
 @dataclass(slots=True)
@@ -52,6 +56,7 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
         self._jobs: queue.Queue[_Job | None] = queue.Queue()
         self._current: _Job | None = None
         self._lock = threading.Lock()
+        self._stopped = False  # by /uncom/stop; until /uncom/reset nothing is carried out
         self._answer = threading.Event()
         self._approved = False
         self._question_id = ""
@@ -59,11 +64,11 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
         one = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         group = ReentrantCallbackGroup()
         self._status_pub = self.create_publisher(ExecutionStatus, "/uncom/execution_status", latched)
-        self._question_pub = self.create_publisher(Question, "/uncom/question", 10)
         self.create_subscription(String, "/robot_description", self._on_description, one, callback_group=group)
         self.create_subscription(GroundedCommand, "/uncom/grounded_command", self._on_command, 10, callback_group=group)
         self.create_subscription(Answer, "/uncom/answer", self._on_answer, 10, callback_group=group)
         self.create_subscription(Empty, "/uncom/stop", self._on_stop, 10, callback_group=group)
+        self.create_service(Trigger, "/uncom/reset", self._on_reset, callback_group=group)
         self._server = ActionServer(
             self, Execute, "/uncom/execute", lambda _: Execute.Result(), goal_callback=self._on_goal,
             handle_accepted_callback=self._on_accepted, cancel_callback=self._on_cancel, callback_group=group,
@@ -105,7 +110,7 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
         self._jobs.put(job)
 
     def _on_answer(self, msg: Answer) -> None:
-        if not self._question_id or msg.question_id not in ("", self._question_id):
+        if not self._question_id or msg.question_id != self._question_id:
             return
         if msg.answer in (Answer.YES, Answer.NO):
             self._approved = msg.answer == Answer.YES
@@ -113,17 +118,30 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
 
     def _on_stop(self, _: Empty) -> None:
         with self._lock:
+            self._stopped = True
             running = self._current is not None
-        if running:
-            self.get_logger().warning("stop requested")
-            self._robot.halt()
-            self._approved = False
-            self._answer.set()
+        self.get_logger().warning("stop requested; /uncom/reset allows motion again")
+        self._robot.halt()
+        self._approved = False
+        self._answer.set()
+        if not running:
+            self._publish(None, Status(Stage.STOPPED, STOPPED_TEXT))
+
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        with self._lock:
+            was, self._stopped = self._stopped, False
+            running = self._current is not None
+        response.success = True
+        response.message = "ready" if was else "was not stopped"
+        if was and not running:
+            self._publish(None, Status(Stage.IDLE, "ready"))
+        return response
 
     def _on_goal(self, _: Execute.Goal) -> GoalResponse:
         with self._lock:
-            busy = self._current is not None
-        return GoalResponse.REJECT if busy and not self.config.preempt else GoalResponse.ACCEPT
+            busy, stopped = self._current is not None, self._stopped
+        refused = stopped or (busy and not self.config.preempt)
+        return GoalResponse.REJECT if refused else GoalResponse.ACCEPT
 
     def _on_cancel(self, _: Any) -> CancelResponse:
         self._robot.halt()
@@ -142,7 +160,11 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
         else:
             goal.abort()
         return Execute.Result(
-            success=outcome.success, stage=int(outcome.stage), reason=outcome.reason, in_hand=outcome.in_hand
+            success=outcome.success,
+            stage=int(outcome.stage),
+            reason=outcome.reason,
+            in_hand=outcome.in_hand,
+            verification_json=json.dumps(outcome.verification),
         )
 
     # What the worker thread runs.
@@ -151,15 +173,18 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
         while (job := self._jobs.get()) is not None:
             with self._lock:
                 self._current = job
-            self._robot.resume()
-            outcome = self._carry_out(job)
+                stopped = self._stopped
+                if not stopped:
+                    self._robot.resume()
+            outcome = self._refuse(job, Stage.FAILED, STOPPED_TEXT) if stopped else self._carry_out(job)
             with self._lock:
                 self._current = None
+                stopped = self._stopped
             goal = job.goal
             if goal is not None and self.context.ok():
                 goal.execute(lambda handle, result=outcome: self._give_result(handle, result))
             if self._jobs.empty() and self.context.ok():
-                self._publish(job, Status(Stage.IDLE, "ready"))
+                self._publish(job, Status(Stage.STOPPED, STOPPED_TEXT) if stopped else Status(Stage.IDLE, "ready"))
 
     def _carry_out(self, job: _Job) -> Outcome:
         try:
@@ -186,7 +211,7 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
         return self._model
 
     def _ask(self, job: _Job, task: ManipulationTask) -> None:
-        """Ask for approval and wait for the answer on this thread.
+        """Say that approval is awaited and wait for the answer on this thread; the reasoner puts the question.
 
         Raises:
             RefusedError: the answer is no, or none came in time.
@@ -198,17 +223,6 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
         self._approved = False
         self._question_id = f"approve-{command.utterance_id}-{command.index}"
         self._publish(job, Status(Stage.AWAITING_APPROVAL, f"may I {what}{where}?"))
-        stamp = float(self.get_clock().now().nanoseconds) * 1e-9
-        self._question_pub.publish(
-            Question(
-                header=header_to_msg(stamp, self.config.base_frame),
-                question_id=self._question_id,
-                utterance_id=command.utterance_id,
-                text=f"May I {what}{where}?",
-                choices=["yes", "no"],
-                timeout=duration_to_msg(self.config.approval_timeout_s),
-            )
-        )
         answered = self._answer.wait(self.config.approval_timeout_s)
         self._question_id = ""
         if not answered:

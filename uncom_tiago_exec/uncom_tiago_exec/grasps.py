@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from uncom_tiago_exec.robot_model import GripperShape
-from uncom_tiago_exec.shapes import ObjectShape
+from uncom_tiago_exec.shapes import ObjectShape, thin
 from uncom_tiago_exec.types import FloatArray
 
 PITCHES = (90.0, 75.0, 60.0, 48.0, 36.0)
@@ -60,7 +60,7 @@ def grasp_candidates(shape: ObjectShape, others: FloatArray, gripper: GripperSha
     near = others
     if len(others):
         reach = 0.5 * float(np.linalg.norm(shape.size)) + 0.2
-        near = others[np.linalg.norm(others[:, :2] - shape.middle[:2], axis=1) < reach]
+        near = thin(others[np.linalg.norm(others[:, :2] - shape.middle[:2], axis=1) < reach], 0.007)
     found = []
     for hand, place, family in _proposals(shape):
         grasp = _fit(shape, near, gripper, hand, place, family)

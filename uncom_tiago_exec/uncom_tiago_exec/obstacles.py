@@ -11,11 +11,13 @@ from uncom_common.transforms import invert
 from uncom_perception.types import TableSurface
 
 from uncom_tiago_exec.exceptions import RefusedError
-from uncom_tiago_exec.shapes import ObjectShape, smallest_rectangle
+from uncom_tiago_exec.shapes import ObjectShape, Rim, smallest_rectangle
 from uncom_tiago_exec.types import Attachment, FloatArray, Obstacle
 
 TABLE = "table"
 PAD = 0.003  # [m] added all around, for what the camera gets wrong
+SHALLOW = 0.035  # [m] a dish less deep than this is put on, not into
+_SIDES = 12  # boxes that make a ring
 _TABLE_THICKNESS = 0.08
 _TABLE_BORDER = 0.03
 
@@ -50,11 +52,35 @@ def solids_of(shape: ObjectShape, name: str | None = None, pad: float = PAD) -> 
     centre, radius = shape.axis.centre, shape.axis.radius
     distance = np.linalg.norm(shape.points[:, :2] - centre, axis=1)
     body = distance <= radius + 0.006
-    solids = _discs(name, centre, distance[body], shape.points[body, 2], shape.bottom, pad)
+    if shape.rim is not None and shape.rim.z - shape.rim.floor_z < SHALLOW:
+        solids = _dish(name, shape.rim, distance[body], shape.points[body, 2], shape.bottom, pad)
+    else:
+        solids = _discs(name, centre, distance[body], shape.points[body, 2], shape.bottom, pad)
     rest = shape.points[~body]
     if len(rest) >= 4:
         solids += _boxes(name, rest, float(rest[:, 2].min()), pad, 0)
     return tuple(solids)
+
+
+def _dish(name: str, rim: Rim, distance: FloatArray, z: FloatArray, bottom: float, pad: float) -> list[Obstacle]:
+    """Hold a flat dish by the disc of its floor and a ring of boxes for its border, so that things fit into it."""
+    outer = max(rim.radius, float(np.quantile(distance, 0.98))) + pad
+    border = distance[z > rim.floor_z + 0.3 * (rim.z - rim.floor_z)]
+    inner = float(np.quantile(border, 0.05)) - pad if len(border) > 8 else 0.8 * outer
+    inner = min(max(inner, 0.4 * outer), outer - 0.01)
+    floor = max(rim.floor_z - bottom, 0.004)
+    solids = [
+        Obstacle(
+            name, "cylinder", (2.0 * outer, 2.0 * outer, floor), upright(np.array([*rim.centre, bottom + floor / 2]), 0)
+        )
+    ]
+    height = rim.z - bottom + pad
+    middle, across = 0.5 * (inner + outer), 2.0 * outer * np.tan(np.pi / _SIDES)
+    for angle in np.arange(_SIDES) * 2.0 * np.pi / _SIDES:
+        xy = rim.centre + middle * np.array([np.cos(angle), np.sin(angle)])
+        size = (outer - inner, float(across), height)
+        solids.append(Obstacle(name, "box", size, upright(np.array([*xy, bottom + height / 2.0]), float(angle))))
+    return solids
 
 
 def _discs(

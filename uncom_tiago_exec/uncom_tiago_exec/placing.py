@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from uncom_tiago_exec.exceptions import RefusedError
 from uncom_tiago_exec.grasps import Grasp
-from uncom_tiago_exec.obstacles import TABLE, on_table
+from uncom_tiago_exec.obstacles import SHALLOW, TABLE, on_table
 from uncom_tiago_exec.robot_model import GripperShape
 from uncom_tiago_exec.shapes import ObjectShape
 from uncom_tiago_exec.types import FloatArray, ManipulationTask
@@ -39,6 +39,7 @@ class Destination:
     bottom: float
     touches: frozenset[str]
     into: ObjectShape | None = None
+    room: float = 0.0  # how far from xy it may also be put [m]
 
 
 def destination(task: ManipulationTask, moved: ObjectShape, target: ObjectShape | None) -> Destination:
@@ -74,9 +75,10 @@ def _inside(moved: ObjectShape, target: ObjectShape, what: str) -> Destination:
 def _upon(moved: ObjectShape, target: ObjectShape) -> Destination:
     """Find the surface that the thing will rest on: the floor of a flat dish, or the top."""
     touches = frozenset({target.name, TABLE})
-    if target.rim is not None and target.rim.z - target.rim.floor_z < 0.035:
+    if target.rim is not None and target.rim.z - target.rim.floor_z < SHALLOW:
         if float(moved.size[0]) < 1.6 * target.rim.radius:
-            return Destination(target.rim.centre, target.rim.floor_z + 0.006, touches)
+            room = 0.6 * target.rim.radius - 0.5 * float(moved.size[0])
+            return Destination(target.rim.centre, target.rim.floor_z + 0.006, touches, room=max(room, 0.0))
         return Destination(target.rim.centre, target.rim.z + RELEASE_GAP, touches)
     return Destination(target.middle[:2], target.top + RELEASE_GAP, touches)
 
@@ -94,6 +96,9 @@ def place_options(goal: Destination, moved: ObjectShape, grasp: Grasp, gripper: 
         if steep - tilt < np.radians(34.0):
             continue
         options += [_place(goal, moved, grasp, gripper, float(turn), float(tilt)) for turn in _TURNS]
+    if goal.room > 0.01:  # nearer to the robot is easier to reach
+        nearer = replace(goal, xy=goal.xy * (1.0 - goal.room / float(np.linalg.norm(goal.xy))), room=0.0)
+        options += place_options(nearer, moved, grasp, gripper)
     return options
 
 

@@ -17,6 +17,7 @@ class MoveStep:
     stage: Stage
     trajectory: Trajectory
     detail: str = ""
+    shortest_s: float = 0.0  # least time from its start to its end under the same limits, whatever the way
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,3 +53,8 @@ class Plan:
     def duration_s(self) -> float:
         """Time in motion, without the grippers [s]."""
         return sum(step.trajectory.duration_s for step in self.steps if isinstance(step, MoveStep))
+
+    @property
+    def shortest_s(self) -> float:
+        """Sum of the least times of the motions [s], each from rest to rest."""
+        return sum(step.shortest_s for step in self.steps if isinstance(step, MoveStep))

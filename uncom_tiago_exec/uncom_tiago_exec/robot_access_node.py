@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import threading
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,7 @@ CONTROLLERS: dict[str, tuple[str, ...]] = {
 _TICK_S = 0.02  # [s] how often a waiting thread looks at stop requests and silent joint states
 _FINGER_SPEED = 0.04  # [m/s] of one finger
 _EXTRA_S = 5.0  # [s] a controller may take longer than its trajectory before it counts as stuck
+_ACCEPT_S = 1.0  # [s] until a controller has taken a goal and tells how far it is
 _LOOK_S = 20.0  # [s] for a picture and its detections
 
 
@@ -56,6 +58,7 @@ class RosRobot(RobotInterface):
         self._joints_stamp = -np.inf
         self._goals: dict[str, Any] = {}
         self._images: dict[str, Any] = {}
+        self._heard: dict[str, float] = {}  # when each controller last told how far it is
         self._tree = TransformBuffer()
         self._clients = {
             name: PatientActionClient(
@@ -163,12 +166,14 @@ class RosRobot(RobotInterface):
             if not self._clients[name].server_is_ready():
                 raise MotionError(f"{name} is not running; start the robot's controllers")
             duration = max(duration, seconds_from_msg(goal.trajectory.points[-1].time_from_start))
-            future = self._clients[name].send_goal_async(goal)
+            self._heard[name] = self._now() + _ACCEPT_S
+            future = self._clients[name].send_goal_async(goal, feedback_callback=partial(self._on_feedback, name))
             future.add_done_callback(lambda f, n=name: self._accepted(n, f, results, done, len(goals)))
         deadline = self._now() + duration + _EXTRA_S
         while not done.wait(_TICK_S):
             failed = [r for r in results.values() if r.error_code != FollowJointTrajectory.Result.SUCCESSFUL]
-            if self._stop.is_set() or self._now() > deadline or failed or not self._alive():
+            silent = [name for name in goals if name not in results and self._is_silent(name)]
+            if self._stop.is_set() or self._now() > deadline or failed or silent or not self._alive():
                 self._cancel(goals)
                 break
         with self._lock:
@@ -176,8 +181,10 @@ class RosRobot(RobotInterface):
                 self._goals.pop(name, None)
         if self._stop.is_set():
             raise StoppedError("stopped on request")
-        if not done.is_set() and not any(results):
+        if not done.is_set() and not any(r.error_code for r in results.values()):
             self.positions()  # says so if joint states fell silent
+            if silent:
+                raise MotionError(f"{', '.join(silent)} fell silent; are the robot's controllers running?")
             raise MotionError(f"{', '.join(goals)} did not finish in time")
         return results
 
@@ -208,6 +215,13 @@ class RosRobot(RobotInterface):
             handles = [self._goals[name] for name in goals if name in self._goals]
         for handle in handles:
             handle.cancel_goal_async()
+
+    def _on_feedback(self, name: str, _: Any) -> None:
+        self._heard[name] = self._now()
+
+    def _is_silent(self, name: str) -> bool:
+        """Tell whether a controller that follows a goal has said nothing for too long."""
+        return self._now() - self._heard[name] > max(self._config.state_timeout_s, _TICK_S)
 
     def _alive(self) -> bool:
         return self._now() - self._joints_stamp < self._config.state_timeout_s

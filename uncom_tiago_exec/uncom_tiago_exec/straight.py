@@ -51,3 +51,18 @@ def time_straight(
     states = [motion.at_time(float(t)) for t in samples]
     done, pace = np.array([s[0][0] for s in states]), np.array([s[1][0] for s in states])
     return samples, start + done[:, None] * way, pace[:, None] * way
+
+
+def shortest_time(start: FloatArray, end: FloatArray, limits: tuple[FloatArray, FloatArray, FloatArray]) -> float:
+    """Return the least time [s] from rest at start to rest at end, both (J,), whatever way between the joints take.
+
+    The limits are velocity, acceleration and jerk, each (J,); this is the bound that no motion can beat.
+    """
+    velocity, acceleration, jerk = limits
+    count = len(start)
+    goal = ruckig.InputParameter(count)
+    goal.current_position, goal.target_position = start.tolist(), end.tolist()
+    goal.max_velocity, goal.max_acceleration, goal.max_jerk = velocity.tolist(), acceleration.tolist(), jerk.tolist()
+    motion = ruckig.Trajectory(count)
+    ruckig.Ruckig(count).calculate(goal, motion)
+    return float(motion.duration)

@@ -100,9 +100,14 @@ class Status:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How an execution ended; in_hand is the label of what is held, or empty."""
+    """How an execution ended.
+
+    in_hand is the label of what is held, or empty; verification what looking again found: the relation, whether it
+    holds, the distances that were measured [m], and what else moved.
+    """
 
     success: bool
     stage: Stage
     reason: str
     in_hand: str = ""
+    verification: dict[str, object] = field(default_factory=dict)

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 from uncom_perception.types import Detection, Scene
 
 from uncom_tiago_exec.plan import Plan
@@ -14,6 +16,8 @@ from uncom_tiago_exec.types import FloatArray, ManipulationTask
 
 NEAR = 0.06  # [m] a thing this near to where it was expected is there
 MOVED = 0.02  # [m] bystanders may move this much
+_RISE = 0.01  # [m] what lies in an opening is at least this thick
+_SIDEWAYS = ("left_of", "right_of", "in_front_of", "behind")
 _SAME = 0.10  # [m] a bystander is looked for this far around its old place
 
 
@@ -25,6 +29,18 @@ class Finding:
     text: str
     error_m: float | None
     moved: tuple[tuple[str, float], ...]
+    measured: Mapping[str, object] = field(default_factory=dict)
+
+    def as_data(self) -> dict[str, object]:
+        """Return the finding as the result's JSON has it; lengths in metres."""
+        error = None if self.error_m is None or not np.isfinite(self.error_m) else round(self.error_m, 4)
+        return {
+            "success": self.success,
+            "text": self.text,
+            "error_m": error,
+            **self.measured,
+            "moved": dict(self.moved),
+        }
 
 
 def middle_of(detection: Detection) -> FloatArray:
@@ -47,6 +63,70 @@ def expected_place(plan: Plan) -> FloatArray | None:
 
 def verify(task: ManipulationTask, plan: Plan, after: Scene) -> Finding:
     """Compare what is seen now with what the plan promised."""
+    finding = _judged(task, plan, after)
+    measured = _measured(task, plan, after)
+    finding = replace(finding, measured=measured)
+    away = measured.get("beside_m")
+    if finding.success and isinstance(away, float) and away < 0.0:
+        relation = task.relation.replace("_", " ")
+        text = f"the {task.object_text or 'object'} is not {relation} the {task.target_text or 'other thing'}"
+        return replace(finding, success=False, text=text)
+    return finding
+
+
+def _measured(task: ManipulationTask, plan: Plan, after: Scene) -> dict[str, object]:
+    """Measure the relation: offset and gap to the target, how far to the right side of it, how high it rests [m]."""
+    goal = expected_place(plan)
+    seen = [d for d in after.detections if d.geometry is not None and len(d.geometry.cloud)]
+    if goal is None or not seen:
+        return {"relation": task.relation}
+    thing = min(seen, key=lambda d: float(np.linalg.norm(middle_of(d) - goal)))
+    data: dict[str, object] = {"relation": task.relation}
+    if float(np.linalg.norm(middle_of(thing) - goal)) < NEAR:
+        cloud = _cloud(thing)
+        data["bottom_m"] = round(float(np.quantile(cloud[:, 2], 0.02)) - plan.scene.table_z, 4)
+    if task.target is None:
+        return data
+    others = [d for d in seen if d is not thing]
+    near = [d for d in others if np.linalg.norm(middle_of(d) - middle_of(task.target)) < _SAME]
+    if near:
+        old = middle_of(task.target)
+        target = min(near, key=lambda d: float(np.linalg.norm(middle_of(d) - old)))
+        offset = np.subtract(middle_of(thing), middle_of(target))
+        data["offset_m"] = [round(float(v), 4) for v in offset]
+        gaps = np.asarray(cKDTree(_cloud(target)[:, :2]).query(_cloud(thing)[:, :2])[0])
+        data["gap_m"] = round(float(gaps.min()), 4)
+        planned = np.subtract(goal, old)
+        if task.relation in _SIDEWAYS:  # towards the side that was planned, whoever's left that is
+            data["beside_m"] = round(float(offset @ planned) / max(float(np.linalg.norm(planned)), 1e-6), 4)
+    rise = _rise_inside(plan, seen)
+    if rise is not None:
+        data["rise_inside_m"] = round(rise, 4)
+    return data
+
+
+def _rise_inside(plan: Plan, seen: list[Detection]) -> float | None:
+    """Return how much higher than before the inside of an opening is now, at its highest [m]; None without one."""
+    target = plan.scene.target
+    if target is None or target.rim is None:
+        return None
+    rim = target.rim
+    points = np.vstack([_cloud(d) for d in seen])
+
+    def top(cloud: FloatArray) -> float:
+        inside = np.linalg.norm(cloud[:, :2] - rim.centre, axis=1) < 0.6 * rim.radius
+        return float(np.quantile(cloud[inside, 2], 0.95)) if inside.sum() > 5 else rim.floor_z
+
+    return top(points) - top(target.visible)
+
+
+def _cloud(detection: Detection) -> FloatArray:
+    if detection.geometry is None:
+        return np.zeros((0, 3))
+    return np.asarray(detection.geometry.cloud, dtype=float).reshape(-1, 3)
+
+
+def _judged(task: ManipulationTask, plan: Plan, after: Scene) -> Finding:
     what = task.object_text or task.object.label or "object"
     here = [d for d in after.detections if d.geometry is not None]
     places = np.array([middle_of(d) for d in here]).reshape(-1, 2)
@@ -69,7 +149,10 @@ def verify(task: ManipulationTask, plan: Plan, after: Scene) -> Finding:
     apart = float(np.linalg.norm(goal - old))
     if still_there and apart > 0.04:
         return Finding(False, f"the {what} is still where it was", error, moved)
-    if error <= allowed or (inside and not still_there):
+    rise = _rise_inside(plan, here)
+    filled = inside and rise is not None and rise > _RISE
+    elsewhere = inside and not filled and error > allowed and len(here) >= len(task.scene)
+    if error <= allowed or filled or (inside and not still_there and not elsewhere):
         where = (
             f"in the {task.target_text or 'opening'}" if inside else f"{min(error, 9.9) * 100:.1f} cm from its place"
         )
@@ -79,14 +162,15 @@ def verify(task: ManipulationTask, plan: Plan, after: Scene) -> Finding:
 
 def _is_there(thing: Detection, seen: list[Detection], old: FloatArray) -> bool:
     """Tell whether something of like size is seen at a thing's old place."""
-    size = _extent(thing)
+    size = extent(thing)
     for other in seen:
-        if np.linalg.norm(middle_of(other) - old) < 0.02 and 0.6 < _extent(other) / max(size, 1e-3) < 1.6:
+        if np.linalg.norm(middle_of(other) - old) < 0.02 and 0.6 < extent(other) / max(size, 1e-3) < 1.6:
             return True
     return False
 
 
-def _extent(detection: Detection) -> float:
+def extent(detection: Detection) -> float:
+    """Return the diagonal of the box around what is seen of a thing [m]."""
     if detection.geometry is None or len(detection.geometry.cloud) == 0:
         return 0.0
     return float(np.linalg.norm(np.ptp(np.asarray(detection.geometry.cloud), axis=0)))
