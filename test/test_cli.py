@@ -63,6 +63,7 @@ def files(tmp_path_factory):
         "teapot": ("teapot.json", b'{"objects": [{"kind": "teapot", "x": 0.6, "y": 0}], "say": "x"}'),
         "broken": ("broken.json", b"{"),
         "overlap": ("overlap.json", f'{{"objects": [{lemon}, {lemon}], "say": "take the lemon"}}'.encode()),
+        "video": ("clip.mp4", b"no video at all"),
         "damaged": ("damaged.mcap", b"\x89MCAP0\r\n" + bytes(range(200))),
     }
     paths = {"folder": str(folder), "none": str(folder / "none"), "out": str(folder / "out")}
@@ -97,6 +98,11 @@ BAD = {
     "record over something": "record {damaged}",
     "record without suffix": "record {none}",
     "understand what is not there": "understand {none}.mcap --out {out}",
+    "understand a video that is none": "understand {video} --out {out}",
+    "compare with nothing": "compare {none} {none}",
+    "compare text": "compare {text} {text}",
+    "replay under no name": "replay {damaged} --remap a=b",
+    "replay from before the beginning": "replay {damaged} --start -1",
     "understand text": "understand {text} --out {out}",
     "unknown benchmark": "bench luck",
     "scenario on the robot": "up --robot --scenario i",

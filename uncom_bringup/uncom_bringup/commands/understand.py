@@ -5,7 +5,10 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from uncom_bringup import output, progress
 from uncom_bringup.commands.common import SubParsers, add_json, output_folder, positive_float
@@ -18,11 +21,13 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     """Add the command."""
     parser = subparsers.add_parser(
         "understand",
-        help="recorded bag -> grounded command, annotated picture, report",
+        help="recorded bag or video -> grounded command, annotated picture, report",
         description="Play a bag to all nodes but the one that moves, and tell what was understood. Time goes on as "
         "fast as the nodes answer: nothing is dropped, and the answer is the same on every machine.",
     )
-    parser.add_argument("file", metavar="FILE", help="bag with /audio and the head camera's images")
+    parser.add_argument(
+        "file", metavar="FILE", help="bag with /audio and the head camera's images, or a video (.mp4, .mov, ...)"
+    )
     parser.add_argument("--rate", type=positive_float, metavar="R", help="at most R times as fast as it was recorded")
     parser.add_argument("--out", metavar="DIR", help="where to leave the report (default: a new folder)")
     parser.add_argument("--force", action="store_true", help="write into --out though it holds something")
@@ -31,23 +36,33 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     parser.set_defaults(run=run)
 
 
+def _as_bag(path: Path, stack: ExitStack, say: Callable[[str], None]) -> Path:
+    """Return the bag itself, or the bag made of a video (which `stack` removes)."""
+    if path.suffix.lower() not in _VIDEO:
+        return path
+    from uncom_bringup.video_bag import write_video_bag  # noqa: PLC0415  (only when it runs)
+
+    folder = Path(stack.enter_context(TemporaryDirectory(prefix="uncom-video-")))
+    say(progress.head("video", "sound and pictures are taken out; without depth, places are in the picture only"))
+    return write_video_bag(path, folder / "video.mcap")
+
+
 def run(options: argparse.Namespace) -> int:
     """Understand one recording; 1 if no command was grounded."""
     path = Path(options.file)
     if not path.exists():
         raise BadInputError(f"{path} does not exist")
-    if path.suffix.lower() in _VIDEO:
-        raise BadInputError(f"{path}: plain video comes with a later version; give a ROS 2 bag")
     from uncom_bringup import understand_node  # noqa: PLC0415  (only when it runs)
     from uncom_bringup.bag_reader import BagReader  # noqa: PLC0415
     from uncom_bringup.understanding import leave_result  # noqa: PLC0415
 
     begin = time.monotonic()
     files = [Path(name) for name in options.params_file]
-    with BagReader(path) as bag:
+    say = output.note if options.json else output.emit
+    with ExitStack() as stack:
+        bag = stack.enter_context(BagReader(_as_bag(path, stack, say)))
         understand_node.check_bag(bag)
         folder = output_folder(options.out, path.stem, options.force)
-        say = output.note if options.json else output.emit
         seen = understand_node.understand(bag, folder / "log", rate=options.rate, parameter_files=files, say=say)
         result = leave_result(folder, f"UNCOM: {path.name}", seen, begin)
     if options.json:
