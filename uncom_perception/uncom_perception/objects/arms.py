@@ -13,14 +13,17 @@ from uncom_perception.objects.segments import Surfaces, connected
 from uncom_perception.types import HandsFrame, Mask
 
 
-def hand_pixels(surfaces: Surfaces, above: Mask, hands: HandsFrame | None) -> Mask:
-    """Return the pixels of hands and of the bare forearms behind them: skin coloured and connected to the landmarks."""
+def hand_pixels(surfaces: Surfaces, above: Mask, hands: HandsFrame | None, corner: tuple[int, int] = (0, 0)) -> Mask:
+    """Return the pixels of hands and of the bare forearms behind them: skin coloured and connected to the landmarks.
+
+    The surfaces may be a part of the image with its upper left corner (u, v) there.
+    """
     mask = np.zeros(above.shape, dtype=bool)
     if hands is None:
         return mask
     points = surfaces.ground_points
     for hand in hands.hands:
-        skeleton, core = _skeleton(hand.landmarks, above.shape)
+        skeleton, core = _skeleton(hand.landmarks - np.array([*corner, 0.0]), above.shape)
         sample = core & above
         if sample.sum() < 20:
             continue

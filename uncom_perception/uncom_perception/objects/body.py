@@ -16,6 +16,7 @@ from uncom_perception.types import Geometry, Mask
 
 FloatArray = npt.NDArray[np.float64]
 PointImage = npt.NDArray[np.float32]
+Outline = npt.NDArray[np.float32]
 
 _VOXEL_M = 0.004
 _CROWD_M = 0.012
@@ -35,9 +36,16 @@ def clean_points(ground_points: PointImage, mask: Mask) -> npt.NDArray[np.float3
     return kept if len(kept) > 0.5 * len(points) else points
 
 
-def support_heights(clouds: Sequence[npt.NDArray[np.float32]]) -> list[float]:
-    """Return the height at which each thing (points (N, 3)) stands: 0, or the floor of what it lies in or on."""
-    hulls = [cv2.convexHull(np.ascontiguousarray(cloud[:, :2])) for cloud in clouds]
+def convex_outline(points: npt.NDArray[np.float32]) -> Outline:
+    """Return the corners (M, 1, 2) of the convex outline of points (N, 3) seen from above [m]."""
+    return np.asarray(cv2.convexHull(np.ascontiguousarray(points[:, :2])), dtype=np.float32)
+
+
+def support_heights(clouds: Sequence[npt.NDArray[np.float32]], hulls: Sequence[Outline]) -> list[float]:
+    """Return the height at which each thing stands: 0, or the floor of what it lies in or on.
+
+    Things are given by points (N, 3) and convex outlines.
+    """
     areas = [cv2.contourArea(hull) for hull in hulls]
     floors = [quantile(cloud[:, 2], 5) for cloud in clouds]
     heights = [0.0] * len(clouds)
@@ -50,17 +58,19 @@ def support_heights(clouds: Sequence[npt.NDArray[np.float32]]) -> list[float]:
     return heights
 
 
-def geometry(ground_points: npt.NDArray[np.float32], ground: Ground, base_m: float = 0.0) -> Geometry:
+def geometry(
+    ground_points: npt.NDArray[np.float32], ground: Ground, base_m: float = 0.0, hull: Outline | None = None
+) -> Geometry:
     """Return cloud, oriented box and centroid in the frame that the ground lies in.
 
     The box is turned about the ground's vertical only and stands at base_m above the ground; its first axis is the
-    longer one.
+    longer one. The hull is the convex outline of the points, if it is known.
     The centroid is the box's centre, which one-sided views shift less than the mean of the visible points.
     """
     voxels = np.unique(_cell_keys(ground_points, _VOXEL_M), return_index=True)[1]
     cloud = ground_points[np.sort(voxels)]
     to_frame = invert(ground.to_ground)
-    (x, y), (a, b), angle = cv2.minAreaRect(cv2.convexHull(ground_points[:, :2].astype(np.float32)))
+    (x, y), (a, b), angle = cv2.minAreaRect(hull if hull is not None else convex_outline(ground_points))
     if b > a:
         a, b, angle = b, a, angle + 90.0
     yaw = np.radians((angle + 90.0) % 180.0 - 90.0)

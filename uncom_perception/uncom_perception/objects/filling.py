@@ -15,7 +15,7 @@ from uncom_perception.types import Mask
 
 _BIN = np.array([10.0, 7.0, 7.0], np.float32)  # of lightness, a and b
 _SIZE = (12, 40, 40)
-_MIN_GAP = 0.04  # of the mask's area: less is not worth a look
+_MIN_GAP = 0.06  # of the mask's area: less is not worth a look
 _RING = 13  # pixels about a thing whose colours are the table's
 _LIKELIER = 3.0  # how much likelier than the table's the colour of a part has to be
 

@@ -14,8 +14,11 @@ from skimage.measure import ransac
 from uncom_perception.exceptions import TableNotFoundError
 
 FloatArray = npt.NDArray[np.float64]
-_SAMPLE = 1500
+_SAMPLE = 900
+_REFINING = 8000
 _INLIER_M = 0.008
+_STOREY_M = 0.2  # level planes further apart than this are a table and the floor, or a seat
+_FLOOR_SHARE = 0.3  # of the floor's pixels: what a table must have at least
 _MIN_SHARE = 0.04  # of the sampled points
 _MIN_TABLE_Z_M, _MAX_TABLE_Z_M = 0.25, 1.4  # over the floor: what may be a table where the base frame is known
 _MAX_TILT_BASE = np.cos(np.radians(8.0))
@@ -104,9 +107,7 @@ def find_table_plane(flat: FloatArray, up: FloatArray, *, gravity_known: bool, s
         inlier = np.abs(flat @ plane.normal - plane.offset) < _INLIER_M
         # Level planes are likelier tables; of two, the one nearer to the camera (higher) is the table, not the floor.
         score = inlier.sum() * (0.3 + float(plane.normal @ up))
-        if inlier.sum() >= _MIN_SHARE * total and (
-            best is None or score > best_score or _above(plane, best, score / best_score)
-        ):
+        if inlier.sum() >= _MIN_SHARE * total and (best is None or _likelier(plane, score, best, best_score)):
             best, best_score = plane, score
         if gravity_known and inlier.sum() > 0.5 * total:
             break
@@ -116,9 +117,13 @@ def find_table_plane(flat: FloatArray, up: FloatArray, *, gravity_known: bool, s
     return best
 
 
-def _above(plane: Plane, other: Plane, score_ratio: float) -> bool:
+def _likelier(plane: Plane, score: float, other: Plane, other_score: float) -> bool:
+    """Whether a plane is the table rather than another one: of two level ones the higher, if it is not much smaller."""
     parallel = float(plane.normal @ other.normal) > np.cos(np.radians(10.0))
-    return parallel and plane.offset > other.offset + 0.2 and score_ratio > 0.4
+    if parallel and abs(plane.offset - other.offset) > _STOREY_M:
+        higher = plane.offset > other.offset
+        return score > _FLOOR_SHARE * other_score if higher else other_score < _FLOOR_SHARE * score
+    return score > other_score
 
 
 def _fit_once(flat: FloatArray, up: FloatArray, *, gravity_known: bool, rng: np.random.Generator) -> Plane | None:
@@ -142,7 +147,7 @@ def _fit_once(flat: FloatArray, up: FloatArray, *, gravity_known: bool, rng: np.
         )
     if not model or inliers is None or inliers.sum() < 30:
         return None
-    return _refined(flat, model.params, up)
+    return _refined(flat[:: max(1, len(flat) // _REFINING)], model.params, up)
 
 
 def _refined(flat: FloatArray, params: tuple[FloatArray, float], up: FloatArray) -> Plane:

@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from uncom_perception.objects.level import NoiseModel
+from uncom_perception.objects.level import measure_noise
 from uncom_perception.objects.table import TopDown
+from uncom_perception.objects.viewpoint import TableView
 from uncom_perception.types import Mask
 
 PointImage = npt.NDArray[np.float32]
@@ -24,33 +25,37 @@ _LEAST_HEIGHT_M = 0.0022
 
 @dataclass(frozen=True, slots=True)
 class Surfaces:
-    """What the camera sees, about the table: ground points (H, W, 3) as x, y, height [m], Lab image, depth noise."""
+    """What the camera sees, about the table: ground points (H, W, 3) as x, y, height [m], and Lab image."""
 
     ground_points: PointImage
     lab: npt.NDArray[np.float32]
-    noise: NoiseModel
     pixel_m: float  # width of a pixel on the table
 
     def cut(self, box: tuple[slice, slice]) -> Surfaces:
         """Return a part of it."""
-        return Surfaces(self.ground_points[box], self.lab[box], self.noise, self.pixel_m)
+        return Surfaces(self.ground_points[box], self.lab[box], self.pixel_m)
 
 
-def foreground(surfaces: Surfaces, depth: npt.NDArray[np.float32], near: TopDown, margin_m: float) -> Mask:
-    """Return the pixels (H, W) above the table, thin things included, as far as the depth noise allows."""
-    height = surfaces.ground_points[..., 2]
+def foreground(view: TableView, table: TopDown) -> tuple[Mask, npt.NDArray[np.float32]]:
+    """Return the pixels (H, W) above the table, thin things included, as far as the depth noise allows.
+
+    With them comes how far from the table's outline each of them is, seen from above [m]; infinite elsewhere.
+    """
+    height = view.points[..., 2]
     known = np.isfinite(height)
     clipped = np.clip(np.where(known, height, np.float32(0.0)), -0.05, 0.05)
     weight = known.astype(np.float32)
     wide, narrow = (
-        cv2.blur(clipped, (size, size)) / np.maximum(cv2.blur(weight, (size, size)), 0.3) for size in (5, 3)
+        cv2.blur(clipped, (size, size)) / np.maximum(cv2.blur(weight, (size, size)), np.float32(0.3)) for size in (5, 3)
     )
-    low = surfaces.noise.least_height(depth, _LEAST_HEIGHT_M)
+    low = measure_noise(wide, view.depth, view.on_table).least_height(view.depth, _LEAST_HEIGHT_M)
     # A pixel beside a tall thing is lifted by the average, not by itself: it must be up there, too.
     with np.errstate(invalid="ignore"):
-        above = (wide > low) & (narrow > 0.6 * low) & (clipped > 0.5 * wide) & (height < _MAX_HEIGHT_M)
-    above[above] = near.inside(surfaces.ground_points[above][:, :2], margin_m)
-    return np.asarray(above)
+        above = (wide > low) & (narrow > np.float32(0.6) * low) & (clipped > np.float32(0.5) * wide)
+        above &= height < _MAX_HEIGHT_M
+    apart = np.full(height.shape, np.inf, np.float32)
+    apart[above] = table.distance(view.points[above][:, :2])
+    return apart < table.reach_m, apart
 
 
 def connected(surfaces: Surfaces, pixels: Mask) -> LabelImage:

@@ -15,7 +15,6 @@ FloatArray = npt.NDArray[np.float64]
 
 _CELL_M = 0.003
 _SECTORS = 16
-_MAX_POINTS = 4000
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +54,14 @@ class Footprint:
         return np.isfinite(self.height)
 
 
-def measure(points: npt.NDArray[np.floating], viewer: FloatArray) -> Shape:
-    """Measure a thing by points (N, 3) as x, y, height [m], seen from a viewer (3,) in the same frame."""
-    points = points[:: max(1, len(points) // _MAX_POINTS)]
+def measure(points: npt.NDArray[np.floating], viewer: FloatArray, hull: npt.NDArray[np.float32] | None = None) -> Shape:
+    """Measure a thing by points (N, 3) as x, y, height [m], seen from a viewer (3,) in the same frame.
+
+    The hull (M, 1, 2) is their convex outline seen from above, if it is known.
+    """
     footprint = _rasterise(points)
     mask = cv2.morphologyEx(footprint.mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
-    outline = cv2.convexHull(np.ascontiguousarray(points[:, :2], dtype=np.float32))
+    outline = hull if hull is not None else cv2.convexHull(np.ascontiguousarray(points[:, :2], dtype=np.float32))
     (_, _), (side_a, side_b), _ = cv2.minAreaRect(outline)
     long_side, short_side = float(max(side_a, side_b)), float(min(side_a, side_b))
     height = quantile(points[:, 2], 98.5)

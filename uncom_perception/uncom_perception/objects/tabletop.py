@@ -14,17 +14,15 @@ import numpy.typing as npt
 from uncom_common.camera import PinholeCamera
 
 from uncom_perception.exceptions import TableNotFoundError
-from uncom_perception.objects.body import clean_points, geometry, support_heights
+from uncom_perception.objects.body import clean_points, convex_outline, geometry, support_heights
 from uncom_perception.objects.colour import exposure, name_colours
 from uncom_perception.objects.detector import DepthImage, FloatArray, ObjectDetector, RgbImage, check_images
 from uncom_perception.objects.lexicon import Lexicon, load_lexicon
 from uncom_perception.objects.phrases import PhraseMatcher, Thing
 from uncom_perception.objects.picture import PictureDetector
 from uncom_perception.objects.scenes import answer, mask_slices
-from uncom_perception.objects.segments import Surfaces
 from uncom_perception.objects.shape import measure
-from uncom_perception.objects.table import TopDown
-from uncom_perception.objects.things import FOLLOW_M, find_things, hidden_share
+from uncom_perception.objects.things import find_things, hidden_share
 from uncom_perception.objects.viewpoint import view_table
 from uncom_perception.types import Geometry, HandsFrame, Mask, Scene, TableSurface
 
@@ -85,30 +83,22 @@ class TabletopDetector(ObjectDetector):
     ) -> tuple[TableSurface, list[tuple[Mask, Geometry, Thing]]]:
         view = view_table(depth, camera, camera_in_base)
         points, ground, viewer = view.points, view.ground, view.viewer
-        surfaces = Surfaces(points, _lab(image_rgb), view.noise, view.pixel_m)
-        masks = find_things(surfaces, view.depth, TopDown(view.outline, FOLLOW_M), hands)
+        masks = find_things(image_rgb, view, hands)
         clouds = [clean_points(points[box], mask[box]) for mask in masks for box in [mask_slices(mask)]]
         seen = [(mask, cloud) for mask, cloud in zip(masks, clouds, strict=True) if len(cloud) >= 20]
-        bases = support_heights([cloud for _, cloud in seen])
+        hulls = [convex_outline(cloud) for _, cloud in seen]
+        bases = support_heights([cloud for _, cloud in seen], hulls)
         gain = exposure(image_rgb)
         found = []
-        for (mask, cloud), base in zip(seen, bases, strict=True):
-            shape = measure(cloud - np.array([0.0, 0.0, base], np.float32), viewer - np.array([0.0, 0.0, base]))
+        for (mask, cloud), hull, base in zip(seen, hulls, bases, strict=True):
+            shape = measure(cloud - np.array([0.0, 0.0, base], np.float32), viewer - np.array([0.0, 0.0, base]), hull)
             size = math.sqrt(shape.length * max(shape.width, shape.height))
             colours = name_colours(_surface_pixels(image_rgb, mask), gain)
             # What lies in a thing is partly hidden by it, and may lean.
             hidden = max(hidden_share(mask, view.depth), _HIDDEN_IN_THINGS if base > 0.0 else 0.0)
             thing = self._matcher.describe(shape, colours, size, hidden)
-            found.append((mask, geometry(cloud, ground, base), thing))
+            found.append((mask, geometry(cloud, ground, base, hull), thing))
         return view.surface, found
-
-
-def _lab(image_rgb: RgbImage) -> npt.NDArray[np.float32]:
-    """Return lightness 0 to 100, a and b of a slightly smoothed picture."""
-    lab = np.asarray(cv2.cvtColor(cv2.GaussianBlur(image_rgb, (3, 3), 0), cv2.COLOR_RGB2LAB), dtype=np.float32)
-    lab *= np.array([100.0 / 255.0, 1.0, 1.0], np.float32)
-    lab -= np.array([0.0, 128.0, 128.0], np.float32)
-    return lab
 
 
 def _surface_pixels(image_rgb: RgbImage, mask: Mask) -> npt.NDArray[np.uint8]:
@@ -117,4 +107,4 @@ def _surface_pixels(image_rgb: RgbImage, mask: Mask) -> npt.NDArray[np.uint8]:
     part = mask[box]
     inner = cv2.erode(part.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
     pixels = image_rgb[box][inner if np.count_nonzero(inner) > 30 else part]
-    return np.asarray(pixels[:: max(1, len(pixels) // 4000)])
+    return np.asarray(pixels[:: max(1, len(pixels) // 2000)])

@@ -8,50 +8,46 @@ import numpy as np
 import numpy.typing as npt
 
 from uncom_perception.objects.arms import hand_pixels
+from uncom_perception.objects.detector import RgbImage
 from uncom_perception.objects.filling import fill_by_colour
 from uncom_perception.objects.joining import join_fragments, join_hollow
+from uncom_perception.objects.lab import lab_image
 from uncom_perception.objects.segments import LabelImage, Surfaces, connected, foreground, label_boxes, mask_bounds
 from uncom_perception.objects.splitting import split_touching
 from uncom_perception.objects.standing import Reach, is_thing
 from uncom_perception.objects.table import TopDown
+from uncom_perception.objects.viewpoint import TableView
 from uncom_perception.types import HandsFrame, Mask
 
 _PAD = 10
-FOLLOW_M = 0.25  # how far around the table things are followed, to see where arms come from
-_MARGINS_M = (0.03, 0.15, FOLLOW_M - 0.02)  # see Reach
+_FOLLOW_M = 0.25  # how far around the table things are followed, to see where arms come from
+_MARGINS_M = (0.03, 0.15, _FOLLOW_M - 0.02)  # see Reach
 
 
-def find_things(
-    surfaces: Surfaces,
-    depth: npt.NDArray[np.float32],
-    table: TopDown,
-    hands: HandsFrame | None,
-) -> list[Mask]:
+def find_things(image_rgb: RgbImage, view: TableView, hands: HandsFrame | None) -> list[Mask]:
     """Return one mask (H, W) for each thing on the table, hands and arms left out."""
-    pixels = foreground(surfaces, depth, table, FOLLOW_M)
-    pixels &= ~hand_pixels(surfaces, pixels, hands)
+    pixels, apart = foreground(view, TopDown(view.outline, _FOLLOW_M))
     bounds = mask_bounds(pixels)
     if bounds is None:
         return []
     whole = pixels.shape
-    rows, columns = (slice(max(0, s.start - _PAD), s.stop + _PAD) for s in bounds)
-    surfaces, pixels = surfaces.cut((rows, columns)), pixels[rows, columns]
+    rows, columns = part = tuple(slice(max(0, s.start - _PAD), s.stop + _PAD) for s in bounds)
+    surfaces = Surfaces(view.points[part], lab_image(np.ascontiguousarray(image_rgb[part])), view.pixel_m)
+    pixels, apart = pixels[part], apart[part]
+    pixels = pixels & ~hand_pixels(surfaces, pixels, hands, (columns.start, rows.start))
     labels = connected(surfaces, pixels)
     labels = split_touching(surfaces, _without_specks(labels))
     labels = join_hollow(surfaces, join_fragments(surfaces, labels))
     taken = labels > 0
-    places = surfaces.ground_points[taken][:, :2]
-    reach = Reach(*(np.zeros_like(taken) for _ in range(3)))
-    for mask, margin in zip((reach.inside, reach.beside, reach.followed), _MARGINS_M, strict=True):
-        mask[taken] = table.inside(places, margin)
+    reach = Reach(*(apart <= margin for margin in _MARGINS_M))
     masks = []
     for label, box in label_boxes(labels).items():
         if is_thing(surfaces, labels, label, box, reach):
             mask = np.zeros(whole, dtype=bool)
-            part = mask[rows, columns]
-            part[box] = labels[box] == label
-            _close(part, box)
-            fill_by_colour(part, taken, surfaces.lab, box)
+            window = mask[rows, columns]
+            window[box] = labels[box] == label
+            _close(window, box)
+            fill_by_colour(window, taken, surfaces.lab, box)
             masks.append(mask)
     return masks
 

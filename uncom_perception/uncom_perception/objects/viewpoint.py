@@ -11,10 +11,9 @@ from uncom_common.transforms import invert
 
 from uncom_perception.exceptions import TableNotFoundError
 from uncom_perception.objects.detector import DepthImage, FloatArray
-from uncom_perception.objects.level import NoiseModel, bow, measure_noise
+from uncom_perception.objects.level import bow
 from uncom_perception.objects.plane import find_table_plane
-from uncom_perception.objects.segments import PointImage
-from uncom_perception.objects.table import Ground, find_table, ground_frame, table_pixels
+from uncom_perception.objects.table import Ground, PointImage, find_table, ground_frame, table_pixels
 from uncom_perception.types import Mask, TableSurface
 
 _STRIDE = 4
@@ -33,7 +32,6 @@ class TableView:
     on_table: Mask
     surface: TableSurface
     outline: FloatArray
-    noise: NoiseModel
     depth: DepthImage
     pixel_m: float
     viewer: FloatArray
@@ -60,10 +58,9 @@ def view_table(depth: DepthImage, camera: PinholeCamera, camera_in_base: FloatAr
         points[..., 2] -= curved
         on_table = table_pixels(points[..., 2], plane.sigma_m)
     surface, outline = find_table(points, on_table, ground, camera, invert(pose))
-    noise = measure_noise(points[..., 2], depth, on_table)
     pixel_m = float(np.median(depth[on_table][::50])) / camera.fx
     viewer = (ground.to_ground @ pose)[:3, 3]
-    return TableView(ground, points, on_table, surface, outline, noise, depth, pixel_m, viewer)
+    return TableView(ground, points, on_table, surface, outline, depth, pixel_m, viewer)
 
 
 def _sparse_points(depth: DepthImage, camera: PinholeCamera, pose: FloatArray) -> FloatArray:
