@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment
+from uncom_bringup.report import reliability
 
 from uncom_sim.benchmark.outcome import Outcome
 from uncom_sim.benchmark.text import report_text
@@ -19,6 +20,8 @@ _PAGE = """<!doctype html>
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 90em; padding: 0 1em; }
 table { border-collapse: collapse; } td, th { padding: .2em .8em; text-align: left; border-bottom: 1px solid #ccc; }
 pre { background: #f5f5f5; padding: 1em; overflow-x: auto; } img { max-width: 100%; }
+svg .table { fill: #fafafa; stroke: #999; } svg .guide { stroke: #999; stroke-dasharray: 4 3; }
+svg .word { fill: #c3d9fb; } svg .ray { fill: #18a558; } svg text { font: 12px system-ui, sans-serif; fill: #555; }
 .bar { background: #ddd; width: 12em; height: .8em; } .bar div { background: #2a7; height: 100%; }
 </style></head><body>
 <h1>{{ report.right }} of {{ report.takes }} takes understood</h1>
@@ -32,6 +35,7 @@ The paper: {{ report.paper.right }} of {{ report.paper.takes }}.</p>
 <td>{{ one.clutter }}</td><td>{{ one.right }} of {{ one.takes }}</td>
 <td><div class="bar"><div style="width:{{ 100 * one.right / one.takes }}%"></div></div></td></tr>
 {% endfor %}</table>
+{% if reliability %}<h2>How far its probabilities can be trusted</h2><div style="max-width:26em">{{ reliability }}</div>{% endif %}
 <h2>All figures</h2><pre>{{ text }}</pre>
 <h2>Misses</h2>
 <p>Blue crosses mark what was meant; orange is what was chosen, green the pointing ray that was seen.</p>
@@ -49,4 +53,8 @@ def report_page(report: Mapping[str, Any], outcomes: Sequence[Outcome], pictures
     names = {name for one in misses for name in one.pictures if (pictures / name).exists()}
     images = {name: base64.b64encode((pictures / name).read_bytes()).decode() for name in names}
     template = Environment(autoescape=True).from_string(_PAGE)
-    return str(template.render(report=report, text=report_text(report), misses=misses, images=images))
+    deciding = report["deciding"]
+    diagram = reliability.draw(deciding["reliability"], deciding["calibration_error"])
+    return str(
+        template.render(report=report, reliability=diagram, text=report_text(report), misses=misses, images=images)
+    )

@@ -7,6 +7,7 @@ from collections import Counter, defaultdict
 from collections.abc import Sequence
 from typing import Any
 
+from uncom_sim.benchmark.deciding import deciding_report
 from uncom_sim.benchmark.outcome import Outcome
 from uncom_sim.benchmark.scenarios import scenario
 from uncom_sim.benchmark.statistics import quantile, wilson
@@ -37,6 +38,7 @@ def report_of(outcomes: Sequence[Outcome], *, seed: int, jobs: int, wall_s: floa
         "ablations": {name: _variant(outcomes, name) for name in ABLATIONS},
         "checks": _checks(outcomes),
         "relations": _confusion(outcomes),
+        "deciding": deciding_report(outcomes),
         "latency_s": _latency(outcomes),
         "made": {"takes": len(made), "cpu_s": round(sum(made) / len(made), 2) if made else 0.0},
         "jobs": jobs,

@@ -41,7 +41,7 @@ def run_stress_curves(options: BenchmarkOptions) -> BenchmarkResult:
         for found in results:
             points += found
             bar.update(task, advance=1)
-    report = {
+    report: dict[str, Any] = {
         "takes": len(plans),
         "seed": options.seed,
         "wall_s": round(time.monotonic() - start, 1),

@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from uncom_sim.benchmark.deciding import deciding_text
+
 
 def report_text(report: Mapping[str, Any]) -> str:
     """Write the tables of a report."""
@@ -25,6 +27,9 @@ def _lines(report: Mapping[str, Any]) -> Iterator[str]:
             label = f"{subject.replace('_', ' ')}: {name}"
             yield f"{label:<52}{of['takes']:>6}{of['right']:>7}   {_interval(of['interval'])}"
     yield ""
+    if report["deciding"]["takes"]:
+        yield deciding_text(report["deciding"])
+        yield ""
     yield from _misses(report)
     yield from _others(report)
     yield "relations (meant -> understood): " + "; ".join(

@@ -12,6 +12,7 @@ from uncom_bringup.chain import Chain, ChainResult, Grounding
 from uncom_bringup.chain_config import load_chain_config
 from uncom_language.types import Act
 
+from uncom_sim.benchmark.deciding import studied_deciding
 from uncom_sim.benchmark.judging import Verdict, judge
 from uncom_sim.benchmark.miss_pictures import draw_miss
 from uncom_sim.benchmark.outcome import Outcome
@@ -76,6 +77,11 @@ class Worker:
         self._options = options
         self._chain = Chain(load_chain_config(options.parameter_files))
 
+    @property
+    def chain(self) -> Chain:
+        """The chained cores."""
+        return self._chain
+
     def take_path(self, plan: TakePlan) -> Path:
         """Return where a take is kept."""
         return self._options.cache / "takes" / f"{plan.key(generator_version())}.take"
@@ -109,6 +115,10 @@ class Worker:
             latency_s=latency,
             key=plan.key(generator_version()),
         )
+        if first is not None and first.evidence is not None:
+            deciding = studied_deciding(self._chain.conversation(), plan, recording.truth.states, first.evidence)
+            tables = deciding.pop("tables")
+            outcome = replace(outcome, notes={**outcome.notes, "deciding": deciding, "tables": tables})
         if not self._options.variants and verdict.right:
             return outcome
         studied = study(self._chain, plan, recording, result, first, task.swapped)
