@@ -35,7 +35,8 @@ The paper: {{ report.paper.right }} of {{ report.paper.takes }}.</p>
 <td>{{ one.clutter }}</td><td>{{ one.right }} of {{ one.takes }}</td>
 <td><div class="bar"><div style="width:{{ 100 * one.right / one.takes }}%"></div></div></td></tr>
 {% endfor %}</table>
-{% if reliability %}<h2>How far its probabilities can be trusted</h2><div style="max-width:26em">{{ reliability }}</div>{% endif %}
+{% if reliability %}<h2>How far its probabilities can be trusted</h2>
+<div style="max-width:26em">{{ reliability }}</div>{% endif %}
 <h2>All figures</h2><pre>{{ text }}</pre>
 <h2>Misses</h2>
 <p>Blue crosses mark what was meant; orange is what was chosen, green the pointing ray that was seen.</p>

@@ -83,7 +83,9 @@ def run_benchmark(options: BenchmarkOptions) -> BenchmarkResult:
     with progress_bar(console) as bar:
         task = bar.add_task("takes", total=len(plans), completed=len(plans) - len(waiting), right="")
         log = options.folder / "workers.log"
-        for outcome in in_workers(run_take, waiting, worker_options(options), options.jobs, log):
+        # By turns, so that what is known of an unfinished run is of all scenarios.
+        by_turns = sorted(waiting, key=lambda task: (task.plan.index, task.plan.scenario))
+        for outcome in in_workers(run_take, by_turns, worker_options(options), options.jobs, log):
             journal.add(outcome)
             done[outcome.take] = outcome
             right = sum(one.right for one in done.values())
