@@ -40,7 +40,7 @@ _BOUNDS: dict[str, tuple[float, float]] = {
 _MEASURES = tuple(_BOUNDS)
 _ABSOLUTE_SOFTNESS = {"handle": 0.008, "curvature": 0.03, "hollowness": 0.08, "cavity": 0.15, "roundness": 0.07}
 _FLOOR = 0.02  # a measure far outside its range counts against a word, but does not rule it out: it may be hidden
-_COLOUR_FLOOR = 0.12
+_COLOUR_FLOOR = 0.06
 _COLOUR_MASS = 0.25
 _MIN_MASS = 0.15
 
