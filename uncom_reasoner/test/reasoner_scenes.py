@@ -94,10 +94,10 @@ def fits(phrase: str, thing: Thing) -> float:
         match = 1.0 if thing.kind in CONTAINERS else 0.02
     elif words[-1] == "fruit":
         match = 1.0 if thing.kind in ("lemon", "banana", "apple") else 0.02
-    elif words[-1] == "tomato":  # like nothing here
+    elif words[-1] in ("tomato", "pear"):  # like nothing here
         match = 1e-5
     else:
-        match = 1.0 if words[-1] == thing.kind else 0.01
+        match = 1.0 if words[-1] == thing.kind else 0.0005
     for colour in words[:-1]:
         match *= 1.0 if colour == thing.colour else 0.02
     return match

@@ -80,6 +80,7 @@ def weigh(query: Query, context: Context) -> tuple[Candidate, ...]:
         if d.id in terms
     ]
     unseen = [Factor("words", context.weights.phrase * float(np.log(max(none, LEAST))))]
+    unseen.append(Factor("discount", -context.weights.none_discount))
     if answered:
         unseen.append(Factor("answer", ANSWER_LOG))
     if query.among is not None:

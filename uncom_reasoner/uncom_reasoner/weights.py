@@ -25,6 +25,7 @@ class Weights:
     discourse: float
     plausible: float
     rival: float
+    none_discount: float
     stray_named: float
     stray_deictic: float
     boost_named: float
