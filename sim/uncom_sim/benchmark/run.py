@@ -37,6 +37,7 @@ class BenchmarkOptions:
     cache: Path
     fresh: bool = False
     variants: bool = True
+    bags: Path | None = None
     parameter_files: tuple[Path, ...] = ()
 
 
@@ -111,7 +112,7 @@ def worker_options(options: BenchmarkOptions) -> WorkerOptions:
     """Return what the workers of a run need."""
     pictures = options.folder / "pictures"
     pictures.mkdir(exist_ok=True)
-    return WorkerOptions(options.cache, pictures, options.parameter_files, options.variants)
+    return WorkerOptions(options.cache, pictures, options.parameter_files, options.variants, options.bags)
 
 
 def progress_bar(console: Console) -> Progress:

@@ -15,10 +15,14 @@ def report_text(report: Mapping[str, Any]) -> str:
 
 
 def _lines(report: Mapping[str, Any]) -> Iterator[str]:
-    yield f"{'scenario':<52}{'takes':>6}{'right':>7}"
+    head = ("object", "distr.", "target", "distr.", "clutter")
+    yield f"{'scenario':<52}{'takes':>6}{'right':>7}   {head[0]:<11}{head[1]:<8}{head[2]:<15}{head[3]:<8}{head[4]}"
     for one in report["scenarios"]:
-        variants = f"{one['object'][:3]} {one['object_distractors'][0]}, {one['target'][:8]}"
         label = f"{one['id']:>2} {one['name']}"
+        variants = (
+            f"{one['object']:<11}{one['object_distractors']:<8}{one['target']:<15}{one['target_distractors']:<8}"
+            f"{one['clutter']}"
+        )
         yield f"{label[:50]:<52}{one['takes']:>6}{one['right']:>7}   {variants}"
     yield ""
     yield f"{'subject':<52}{'takes':>6}{'right':>7}   95 % interval"

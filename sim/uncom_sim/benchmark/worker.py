@@ -30,12 +30,13 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class WorkerOptions:
-    """What every worker needs: where takes and pictures of misses are kept, and parameters of the nodes."""
+    """What every worker needs: where takes, pictures of misses and bags are kept, and parameters of the nodes."""
 
     cache: Path
     pictures: Path | None = None
     parameter_files: tuple[Path, ...] = ()
     variants: bool = True
+    bags: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +104,10 @@ class Worker:
         """Make (or find) a take, understand it, judge it, and see what others would have made of it."""
         plan = task.plan
         recording, made_s = self.recording(plan)
+        if self._options.bags is not None:
+            from uncom_sim.benchmark.bags import write_bag  # noqa: PLC0415  (needs ROS, as nothing else here does)
+
+            write_bag(recording, self._options.bags / f"{plan.name}.mcap", force=True)
         start = time.process_time()
         until_s = recording.truth.words[-1].end_s + self._chain.config.reasoner.late_pointing_s
         result = self._chain.understand(recording, until_s)

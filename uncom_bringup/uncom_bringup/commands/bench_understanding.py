@@ -26,6 +26,7 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     parser.add_argument("--out", metavar="DIR", help="where to leave the results (default: a new folder)")
     parser.add_argument("--force", action="store_true", help="write into --out though it holds something")
     parser.add_argument("--cache", metavar="DIR", help="where takes are kept, about 8 MB each (default: user's cache)")
+    parser.add_argument("--bags", metavar="DIR", help="also write every take as a bag (.mcap) there, about 4 MB each")
     parser.add_argument("--fresh", action="store_true", help="forget what an interrupted run has left")
     parser.add_argument("--no-variants", action="store_true", help="only ours: no published rules, no ablations")
     parser.add_argument(
@@ -55,6 +56,7 @@ def run(options: argparse.Namespace) -> int:
             cache=Path(options.cache) if options.cache else default_cache(),
             fresh=options.fresh,
             variants=not options.no_variants,
+            bags=Path(options.bags) if options.bags else None,
             parameter_files=tuple(Path(name) for name in options.params_file),
         )
     )
