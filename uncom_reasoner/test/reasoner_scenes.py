@@ -111,14 +111,15 @@ def table(corners: np.ndarray | None = None) -> TableSurface:
 
 def scene(things: list[Thing], phrases: tuple[str, ...], seed: int = 0, **kwargs) -> Scene:
     rng = np.random.default_rng(seed)
-    raw = np.array([[fits(p, t) for p in phrases] for t in things]).reshape(len(things), len(phrases))
-    none = np.full(len(phrases), 0.05)
-    total = raw.sum(axis=0) + none
+    # As the detector answers: shares of soft memberships, and none of them with the probability that none fits.
+    fit = 0.95 * np.array([[fits(p, t) for p in phrases] for t in things]).reshape(len(things), len(phrases))
+    none = np.prod(1.0 - fit, axis=0)
+    shares = fit / np.maximum(fit.sum(axis=0), 1e-9) * (1.0 - none)
     found = tuple(
-        replace(detection(t, rng), phrase_scores=tuple(float(v) for v in raw[i] / total)) for i, t in enumerate(things)
+        replace(detection(t, rng), phrase_scores=tuple(float(v) for v in shares[i])) for i, t in enumerate(things)
     )
     values = {"table": table(), **kwargs}
-    return Scene(1.0, "base_footprint", found, values["table"], tuple(none / total), "made")
+    return Scene(1.0, "base_footprint", found, values["table"], tuple(float(v) for v in none), "made")
 
 
 def pointing(
