@@ -17,7 +17,7 @@ from uncom_language.speech.pocketsphinx_recognizer import PocketSphinxRecognizer
 from uncom_language.speech.utterance_stream import EndpointerConfig
 
 RATE = 16000
-QUICK_S, FULL_S = 0.21, 0.6
+QUICK_S, FULL_S = 0.18, 0.6
 
 
 class Ear:

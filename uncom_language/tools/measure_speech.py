@@ -43,7 +43,7 @@ KINDS = ("paper_rows", "plain", "deixis", "nested", "groups", "choices")
 LEFT_OUT = ("gizmo", "flange", "doll", "stapler", ".")
 RATE = 16000
 CHUNK_S = 0.05
-QUICK_S, FULL_S = 0.21, 0.6
+QUICK_S, FULL_S = 0.18, 0.6
 
 
 def errors(expected: list[str], heard: list[str]) -> int:

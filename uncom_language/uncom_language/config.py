@@ -20,6 +20,9 @@ class SpeechConfig:
     language: str = field(default="en", metadata={"description": "language of the words"})
     model: str = field(default="", metadata={"description": "Whisper: folder or hub name; empty: large-v3-turbo"})
     audio_topic: str = field(default="/audio", metadata={"description": "AudioDataStamped, stamp of the first sample"})
+    microphone: str = field(
+        default="off", metadata={"description": "off, default, or number or part of the name of an input"}
+    )
     sample_rate: int = field(default=16000, metadata={"description": "[Hz] until /audio_info says otherwise"})
     channels: int = field(default=1, metadata={"description": "interleaved, until /audio_info says otherwise"})
     sample_format: str = field(default="S16LE", metadata={"description": "until /audio_info says otherwise"})
@@ -31,7 +34,7 @@ class SpeechConfig:
         default=_END.hang_over_s, metadata={"description": "[s] of silence that end an utterance"}
     )
     quick_pause_s: float = field(
-        default=0.21, metadata={"description": "[s] of silence that end an utterance which is a whole command by then"}
+        default=0.18, metadata={"description": "[s] of silence that end an utterance which is a whole command by then"}
     )
     min_voiced_s: float = field(default=_END.min_voiced_s, metadata={"description": "[s] voiced that begin one"})
     max_length_s: float = field(default=_END.max_length_s, metadata={"description": "[s] after which one is cut"})

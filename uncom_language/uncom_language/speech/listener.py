@@ -120,6 +120,12 @@ class Listener:
         with self._changed:
             return self._changed.wait_for(lambda: not self._waiting, timeout_s)
 
+    @property
+    def idle(self) -> bool:
+        """Whether all sound that was fed is examined and all new words are known."""
+        with self._changed:
+            return not self._waiting and not self._may_learn()
+
     def _drop(self) -> None:
         _LOG.warning("the recogniser is too slow: sound was dropped")
         while self._waiting_s > self._options.backlog_s and len(self._waiting) > 1:

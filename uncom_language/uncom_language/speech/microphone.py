@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sound straight from a microphone of this machine (PortAudio through sounddevice, an extra)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from uncom_language.exceptions import MicrophoneError
+
+_BLOCK_S = 0.05
+
+
+class Microphone:
+    """Hands blocks of 50 ms to a function, in the driver's thread."""
+
+    def __init__(self, device: str = "", sample_rate: int = 0, channels: int = 1) -> None:
+        """Look for the microphone; `start` begins.
+
+        Args:
+            device: number or part of the name of an input; empty: the system's own choice.
+            sample_rate: [Hz]; 0: what the device likes best.
+            channels: how many are recorded; the recogniser hears their mean.
+
+        Raises:
+            MicrophoneError: sounddevice or PortAudio is missing, or there is no such input.
+        """
+        self._library = _library()
+        chosen: int | str | None = int(device) if device.isdecimal() else device or None
+        try:
+            info = self._library.query_devices(chosen, "input")
+            rate = float(sample_rate or info["default_samplerate"])
+            self._library.check_input_settings(chosen, channels, "int16", None, rate)
+        except (self._library.PortAudioError, ValueError, OSError) as error:
+            raise MicrophoneError(_no_device(device, self._library, error)) from error
+        self.name = str(info["name"])
+        self.sample_rate = round(rate)
+        self._device, self._channels = chosen, channels
+        self._stream: Any = None
+
+    def start(self, on_block: Callable[[npt.NDArray[np.int16], float], None]) -> None:
+        """Begin; each block comes with how long ago [s] its first sample was heard.
+
+        Raises:
+            MicrophoneError: the device does not open.
+        """
+
+        def take(block: npt.NDArray[np.int16], frames: int, times: Any, _: object) -> None:
+            age_s = max(0.0, float(times.currentTime - times.inputBufferAdcTime))
+            on_block(np.array(block), age_s if age_s < 1.0 else frames / self.sample_rate)
+
+        try:
+            self._stream = self._library.InputStream(
+                samplerate=self.sample_rate,
+                blocksize=round(_BLOCK_S * self.sample_rate),
+                device=self._device,
+                channels=self._channels,
+                dtype="int16",
+                callback=take,
+            )
+            self._stream.start()
+        except self._library.PortAudioError as error:
+            raise MicrophoneError(f"the microphone {self.name!r} does not open: {_line(error)}") from error
+
+    def stop(self) -> None:
+        """End."""
+        if self._stream is not None:
+            self._stream.close()
+            self._stream = None
+
+
+def _library() -> Any:
+    try:
+        import sounddevice  # noqa: PLC0415 - an extra
+    except ImportError as error:
+        raise MicrophoneError("sounddevice is not installed: run ./uncom setup --full") from error
+    except OSError as error:
+        raise MicrophoneError("PortAudio is not installed: apt install libportaudio2") from error
+    return sounddevice
+
+
+def _no_device(device: str, library: Any, error: Exception) -> str:
+    inputs = [str(info["name"]) for info in library.query_devices() if info["max_input_channels"] > 0]
+    if not inputs:
+        return "this machine has no microphone; send sound on the audio topic instead"
+    return f"no microphone {device or '(default)'!r} ({_line(error)}); there are: {', '.join(inputs)}"
+
+
+def _line(error: Exception) -> str:
+    return str(error).strip().partition("\n")[0]
