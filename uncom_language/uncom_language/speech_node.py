@@ -7,6 +7,8 @@ import sys
 import uuid
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 from audio_common_msgs.msg import AudioDataStamped, AudioInfo
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
@@ -23,6 +25,7 @@ from uncom_language.parser.patience import patience_s
 from uncom_language.speech.audio import decode_samples
 from uncom_language.speech.factory import check_backend, make_recognizer
 from uncom_language.speech.listener import Listener, ListenerOptions
+from uncom_language.speech.microphone import Microphone
 from uncom_language.speech.recognizer import Recognizer
 from uncom_language.speech.status import SpeechStatus
 from uncom_language.types import Transcript
@@ -36,6 +39,7 @@ class SpeechNode(ConfiguredNode[SpeechConfig]):
 
         Raises:
             UnknownBackendError: the parameter `backend` or `language` names none that works.
+            MicrophoneError: a microphone is asked for and there is none.
         """
         super().__init__("speech_node", SpeechConfig, **node_options)
         config = self.config
@@ -56,7 +60,13 @@ class SpeechNode(ConfiguredNode[SpeechConfig]):
         self._vocabularies = 0
         self.create_service(Trigger, "~/settle", self._on_settle)
         self.create_subscription(AudioInfo, "/audio_info", self._on_info, latched)
-        self.create_subscription(AudioDataStamped, config.audio_topic, self._on_audio, 500)
+        self._microphone: Microphone | None = None
+        if config.microphone == "off":
+            self.create_subscription(AudioDataStamped, config.audio_topic, self._on_audio, 500)
+        else:
+            self._microphone = Microphone("" if config.microphone == "default" else config.microphone)
+            self._microphone.start(self._on_block)
+            self.get_logger().info(f"listening to the microphone {self._microphone.name!r}")
 
     def _load(self) -> Recognizer:
         recognizer = make_recognizer(
@@ -94,6 +104,12 @@ class SpeechNode(ConfiguredNode[SpeechConfig]):
         except SoundFormatError as error:
             self.get_logger().error(str(error), throttle_duration_sec=5.0)
 
+    def _on_block(self, samples: npt.NDArray[np.int16], age_s: float) -> None:
+        if self._microphone is not None:
+            self._listener.feed(
+                samples, self._microphone.sample_rate, self.get_clock().now().nanoseconds * 1e-9 - age_s
+            )
+
     def _on_settle(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Tell whether all sound that came was examined; the message is how many vocabularies came.
 
@@ -112,6 +128,8 @@ class SpeechNode(ConfiguredNode[SpeechConfig]):
 
     def destroy_node(self) -> None:
         """Stop the worker, then the node."""
+        if self._microphone is not None:
+            self._microphone.stop()
         self._listener.stop()
         super().destroy_node()
 
