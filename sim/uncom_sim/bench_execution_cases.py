@@ -79,6 +79,8 @@ def make_case(number: int, seed: int = 0) -> Case:
 
 def _targets(kind: str, relation: str) -> tuple[str, ...] | None:
     """Return the kinds that can be the target, () if there is none, None if no target is needed."""
+    if relation == "pick" and kind == "plate":  # too flat and heavy for the edge to be held; it is pushed
+        return ()
     if relation in ("pick", "area"):
         return None
     table = {"in": _INTO, "on": _ONTO, "stack": _STACKED}.get(relation)
@@ -176,4 +178,17 @@ def _is_free(place: Point2, scene: Scene, relation: str) -> bool:
     table = scene.table
     if not shapely.box(table.x_min, table.y_min, table.x_max, table.y_max).contains(room):
         return False
-    return np.hypot(place[0] - thing.x, place[1] - thing.y) > 0.12
+    if thing.kind == "plate" and not _can_be_pushed(thing, place, others):
+        return False
+    return bool(np.hypot(place[0] - thing.x, place[1] - thing.y) > 0.12)
+
+
+def _can_be_pushed(thing: SceneObject, place: Point2, others: list[shapely.Polygon]) -> bool:
+    """Whether the way there, and that of the hand behind the thing, is free."""
+    here, there = np.array([thing.x, thing.y]), np.array(place)
+    length = float(np.linalg.norm(there - here))
+    ahead = (there - here) / max(length, 1e-6)
+    hand = here - 0.18 * ahead
+    way = shapely.LineString([here, there]).buffer(0.14).union(shapely.Point(*hand).buffer(0.08))
+    reachable = 0.40 <= hand[0] <= 0.75 and abs(hand[1]) < 0.42
+    return reachable and length < 0.4 and not any(way.intersects(shape) for shape in others)

@@ -99,6 +99,14 @@ def bowl_cloud(x, y, radius, height, rng, count=9000):
     return cloud[~hidden]
 
 
+def dish_cloud(x, y, radius, height, rng, count=9000):
+    """A flat dish: its floor 5 mm up and a border that rises outwards."""
+    r, angle = radius * np.sqrt(rng.uniform(0, 1, count)), rng.uniform(-np.pi, np.pi, count)
+    z = np.where(r < 0.65 * radius, 0.005, 0.005 + (height - 0.005) * (r / radius - 0.65) / 0.35)
+    points = np.column_stack([r * np.cos(angle), r * np.sin(angle), z])
+    return _standing(points, np.tile([0.0, 0.0, 1.0], (count, 1)), x, y, 0.0, rng)
+
+
 def detection(name, cloud):
     pose = np.eye(4)
     pose[:3, 3] = cloud.mean(axis=0)

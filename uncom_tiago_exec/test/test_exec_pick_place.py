@@ -9,7 +9,9 @@ from exec_fixtures import (
     ball_cloud,
     bowl_cloud,
     box_cloud,
+    cylinder_cloud,
     detection,
+    dish_cloud,
     make_task,
     robot,
     start_positions,
@@ -196,3 +198,33 @@ def test_after_a_fault_the_arm_goes_home_with_what_it_holds():
     assert "gave up" in outcome.reason
     start = start_positions()
     assert all(abs(machine.joints[n] - v) < 0.01 for n, v in start.items() if "finger" not in n)
+
+
+def test_a_flat_dish_is_pushed_straight_to_its_place():
+    """No pinch of a low border holds a plate: two fingers go down behind it and along the straight line."""
+    rng = np.random.default_rng(3)
+    plate = detection("plate", dish_cloud(0.6, -0.2, 0.11, 0.02, rng))
+    task = make_task(
+        [plate, detection("can", cylinder_cloud(0.72, 0.3, 0.033, 0.11, rng))], "place", place=(0.62, -0.02)
+    )
+    plan = PickPlacePlanner(robot(), CONFIG).plan(task, start_positions())
+    assert plan.grasp is None
+    push = next(s.trajectory for s in plan.steps if isinstance(s, MoveStep) and s.stage == Stage.TRANSFERRING)
+    group = robot().group(plan.side, start_positions())
+    hands = np.array([group.forward(q)[:3, 3] for q in push.positions])
+    way = hands[-1] - hands[0]
+    along = (hands - hands[0]) @ way / np.linalg.norm(way)
+    beside = hands - hands[0] - along[:, None] * way / np.linalg.norm(way)
+    assert np.abs(beside).max() < 0.004
+    assert way[:2] / np.linalg.norm(way) == pytest.approx([0.11, 0.99], abs=0.03)
+    assert np.linalg.norm(way) == pytest.approx(np.hypot(0.02, 0.18) + 0.025, abs=0.01)
+
+
+def test_a_push_against_something_else_is_refused():
+    rng = np.random.default_rng(4)
+    things = [
+        detection("plate", dish_cloud(0.6, -0.2, 0.11, 0.02, rng)),
+        detection("can", cylinder_cloud(0.61, -0.03, 0.033, 0.11, rng)),
+    ]
+    with pytest.raises(RefusedError, match="in the way"):
+        PickPlacePlanner(robot(), CONFIG).plan(make_task(things, "place", place=(0.62, 0.1)), start_positions())

@@ -37,6 +37,7 @@ class ArmPlanner:
         self._positions = dict(positions)
         self._groups: dict[float, ArmGroup] = {}
         self._checkers: dict[tuple[float, str], CollisionChecker] = {}
+        self._carrying: dict[tuple[int, frozenset[str]], CollisionChecker] = {}
         self.group = self._group(robot.gripper(side).open)
         self.start = self.group.vector(positions)
         self.start_gap = sum(positions.get(name, 0.0) for name in finger_joints(side))
@@ -78,12 +79,21 @@ class ArmPlanner:
         contacts = Contacts(fingers=frozenset({self.scene.moved.name}))
         return self._checker(gap, "reaching", self.scene.obstacles(with_moved=True), contacts)
 
+    def pushing(self, gap: float) -> CollisionChecker:
+        """Check the hand behind the thing it pushes: the thing itself gives way."""
+        return self._checker(gap, "pushing", self.scene.obstacles(with_moved=False), Contacts())
+
     def carrying(self, grasp: Grasp, touches: frozenset[str]) -> CollisionChecker:
         """Check motions with the thing in the hand, which may touch some solids."""
-        held = self.attachment(grasp)
-        return CollisionChecker(
-            self._group(grasp.width), self.scene.obstacles(with_moved=False), self.margins, Contacts(held=touches), held
-        )
+        key = (id(grasp), touches)
+        if key not in self._carrying:
+            if any(grasp_id != id(grasp) for grasp_id, _ in self._carrying):
+                self._carrying.clear()  # the next grasp is another one
+            obstacles, contacts = self.scene.obstacles(with_moved=False), Contacts(held=touches)
+            self._carrying[key] = CollisionChecker(
+                self._group(grasp.width), obstacles, self.margins, contacts, self.attachment(grasp)
+            )
+        return self._carrying[key]
 
     def attachment(self, grasp: Grasp) -> Attachment:
         """Return the thing's solids as they hang in the hand."""

@@ -24,7 +24,7 @@ from uncom_tiago_exec.types import FloatArray, ManipulationTask, Outcome, Stage,
 from uncom_tiago_exec.verification import extent, middle_of, verify
 
 _LOG = logging.getLogger(__name__)
-SUPPORTED = (*PLACING, "pick")
+SUPPORTED = (*PLACING, "pick", "push")
 _SQUEEZE = 0.03  # [m] the fingers aim this much below what they hold; with 2 cm tolerance each they keep pressing
 _SLIPPED = 0.014  # [m] fingers that close this much further have lost what was between them
 _LIKE_SIZE = 0.5  # of the logarithm of two sizes
@@ -170,7 +170,8 @@ class Engine:
             if isinstance(step, MoveStep) and step.stage == Stage.TRANSFERRING:
                 self._announce(step, plan)
                 self._robot.follow(step.trajectory)
-                self._still_held(plan, self._in_hand, "I lost the {} on the way")
+                if plan.grasp is not None:
+                    self._still_held(plan, self._in_hand, "I lost the {} on the way")
 
     def _place(self, plan: Plan) -> None:
         """Set the thing down, let go, and go home.

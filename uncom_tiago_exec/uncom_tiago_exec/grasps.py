@@ -21,6 +21,7 @@ from uncom_tiago_exec.types import FloatArray
 PITCHES = (90.0, 75.0, 60.0, 48.0, 36.0)
 TIP_CLEARANCE = 0.004  # [m] between finger tips and table
 SIDE_CLEARANCE = 0.004  # [m] between an open finger and what it passes
+LOW_RIM = 0.028  # [m] a border lower than this leaves the fingers too little to hold the weight beside them
 _PATCH = 0.004  # [m] points this near to the outermost count as touched
 
 
@@ -85,7 +86,7 @@ def _proposals(shape: ObjectShape) -> Iterator[tuple[_Hand, FloatArray, str]]:
     for pitch in PITCHES:
         for yaw in yaws:
             hand = _hand(pitch, float(yaw))
-            if shape.rim is not None:
+            if shape.rim is not None and shape.rim.z - shape.bottom > LOW_RIM:
                 for sign in (-1.0, 1.0):
                     edge = shape.rim.centre + sign * (shape.rim.radius - 0.004) * hand.closing[:2]
                     yield hand, np.array([edge[0], edge[1], shape.rim.z]), "rim"

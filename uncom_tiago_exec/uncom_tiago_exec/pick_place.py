@@ -11,7 +11,7 @@ import logging
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from uncom_tiago_exec.exceptions import (
 from uncom_tiago_exec.grasps import Grasp, grasp_candidates
 from uncom_tiago_exec.placing import Destination, Place, destination, place_options
 from uncom_tiago_exec.plan import GripStep, MoveStep, Plan, Step
+from uncom_tiago_exec.pushing import GAP, find_push
 from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.scene_model import SceneModel, build_scene
 from uncom_tiago_exec.straight import shortest_time
@@ -81,10 +82,18 @@ class PickPlacePlanner:
         """
         started, began = time.monotonic(), time.thread_time()
         scene = build_scene(task)
-        goal = destination(task, scene.moved, scene.target) if task.primitive in PLACING else None
+        goal = destination(task, scene.moved, scene.target) if task.primitive in (*PLACING, "push") else None
         arms = {side: ArmPlanner(self.robot, side, positions, scene, self.config) for side in SIDES}
+        if task.primitive == "push":
+            return self._timed_plan(
+                self._pushed(arms, scene, task, goal), started, {"push": time.thread_time() - began}
+            )
         grasps = grasp_candidates(scene.moved, scene.neighbours, arms["left"].group.gripper)
         grasps = [g for g in grasps if not any(_near(g.pose, bad) for bad in avoid)]
+        if not grasps and goal is not None and goal.touches == TABLE_ONLY:
+            return self._timed_plan(
+                self._pushed(arms, scene, task, goal), started, {"push": time.thread_time() - began}
+            )
         if not grasps:
             raise RefusedError(f"I see no way to take hold of the {task.object_text or 'object'}")
         found_at = time.thread_time()
@@ -96,10 +105,33 @@ class PickPlacePlanner:
             "search": searched_at - found_at,
             "connect": time.thread_time() - searched_at,
         }
-        return Plan(
-            plan.side, plan.steps, scene, plan.grasp, plan.motion, time.monotonic() - started,
-            {key: round(value, 4) for key, value in timings.items()},
-        )  # fmt: skip
+        return self._timed_plan(plan, started, timings)
+
+    def _timed_plan(self, plan: Plan, started: float, timings: Mapping[str, float]) -> Plan:
+        seconds = {key: round(value, 4) for key, value in timings.items()}
+        return replace(plan, planning_s=time.monotonic() - started, timings_s=seconds)
+
+    def _pushed(
+        self, arms: Mapping[Side, ArmPlanner], scene: SceneModel, task: ManipulationTask, goal: Destination | None
+    ) -> Plan:
+        """Plan to push the thing to its place."""
+        if goal is None:
+            raise RefusedError(f"I do not know where to push the {task.object_text or 'object'}")
+        push = find_push(arms, scene, task, goal.xy)
+        arm = push.arm
+        free, pushing, away = arm.free(GAP), arm.pushing(GAP), arm.leaving(GAP, push.motion, frozenset())
+        go = arm.transit(free, arm.group.clamp(arm.start), [push.down[0]])
+        back = arm.transit(away, push.up[-1], [arm.group.clamp(arm.start)])
+        steps: tuple[Step, ...] = (
+            GripStep(Stage.APPROACHING, GAP, detail="opening the fingers"),
+            _move(arm, Stage.APPROACHING, (go, free, 1.0), "to behind the object"),
+            _move(arm, Stage.APPROACHING, (push.down, pushing, 0.8), "straight down"),
+            _move(arm, Stage.TRANSFERRING, (push.along, pushing, 0.5), "pushing"),
+            _move(arm, Stage.RETREATING, (push.up, pushing, 0.9), "straight up"),
+            _move(arm, Stage.HOMING, (_end_at(back, arm.start), away, 1.0), "back to the start"),
+            GripStep(Stage.HOMING, arm.start_gap, detail="fingers as before"),
+        )
+        return Plan(arm.side, steps, scene, None, push.motion)
 
     def _search(
         self,
@@ -133,15 +165,22 @@ class PickPlacePlanner:
         reaching = arm.reaching(grasp.opening)
         seeds = [arm.start] if arm.hint is None else [arm.hint, arm.start]
         try:
-            q = arm.solver.solutions(grasp.pose, seeds, reaching, restarts=effort)[0]
+            solutions = arm.solver.solutions(grasp.pose, seeds, reaching, count=2 + 2 * effort, restarts=effort)
         except UnreachableError as error:
             raise UnreachableError("object") from error
-        arm.hint = q
-        approach = arm.straight(reaching, q, -grasp.retreat * grasp.approach)[::-1]
-        lift = arm.lift_height(arm.carrying(grasp, TABLE_ONLY), q, _LIFTS)
-        if goal is None:
-            return _Reach(arm, grasp, approach, lift)
-        return self._let_go(arm, grasp, goal, _Reach(arm, grasp, approach, lift), effort)
+        failure: ExecutionError = PlanningError("no straight way to the object")
+        for q in solutions:
+            try:
+                approach = arm.straight(reaching, q, -grasp.retreat * grasp.approach)[::-1]
+                lift = arm.lift_height(arm.carrying(grasp, TABLE_ONLY), q, _LIFTS)
+                taken = _Reach(arm, grasp, approach, lift)
+                reach = taken if goal is None else self._let_go(arm, grasp, goal, taken, effort)
+            except (InCollisionError, PlanningError) as err:
+                failure = err
+                continue
+            arm.hint = q
+            return reach
+        raise failure
 
     def _let_go(self, arm: ArmPlanner, grasp: Grasp, goal: Destination, taken: _Reach, effort: int) -> _Reach:
         """Complete a reach by the first place option that works."""
