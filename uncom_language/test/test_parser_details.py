@@ -174,6 +174,14 @@ def test_a_pronoun_stands_for_the_thing_spoken_of_before():
     assert (second.object.text, second.object.anaphoric) == ("apple", True)
 
 
+@pytest.mark.parametrize(
+    ("noun", "head", "quantity"), [("gizmos", "gizmo", 0), ("glitches", "glitch", 0), ("truss", "truss", 1)]
+)
+def test_nouns_that_nobody_listed_have_plurals_too(noun, head, quantity):
+    (command,) = parse_text(f"pick up the {noun}")
+    assert (command.object.text, command.object.head, command.object.quantity) == (noun, head, quantity)
+
+
 def test_plural_heads_are_lemmas():
     (command,) = parse_text("put the spoons and the knives in the boxes")[:1]
     assert command.object.head == "spoon"

@@ -48,6 +48,8 @@ class ActReader:
         first, last = self._act_at_start(words), self._act_at_end(words)
         if Act.STOP in (first, last) and not self._parses(items):
             return Opening(Act.STOP)
+        if first is Act.CANCEL and not self._parses(items):
+            return Opening(Act.CANCEL)
         return self._split(kept)
 
     def refusal(self, items: tuple[Item, ...]) -> str:

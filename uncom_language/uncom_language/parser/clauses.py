@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import takewhile
 
 import lark
 
@@ -18,6 +19,7 @@ from uncom_language.types import Reference, Relation, Span
 
 # These verbs never take a place to go to: what follows tells which thing is meant.
 _NO_TARGET = frozenset({"take", "give", "point"})
+_SPOTS = frozenset({"located", "between", "side", "here", "moved"})
 
 
 @dataclass(slots=True)
@@ -57,6 +59,11 @@ class ClauseReader:
         targets, nested = self._split(kind or self._kind_before, parts)
         if kind == "take" and any(place.directed for place in targets):
             kind = "put"
+        if kind == "put" and not targets and any(p.kind == "recipient" for p in (*parts.leading, *parts.following)):
+            kind = "give"  # "bring that box to me"
+        if kind == "pour" and not parts.things:
+            parts.things.extend(thing for place in nested if place.tokens[0].tag == "SOURCE" for thing in place.things)
+            nested = []
         self._check(kind, parts, targets)
         objects = _without_both(parts.things)
         if not objects and nested and not kind and not targets:
@@ -160,12 +167,15 @@ class ClauseReader:
     def _split(self, kind: str, parts: _Parts) -> tuple[list[Place], list[Place]]:
         """Tell where the thing is to go from which thing is meant: (target and what hangs on it, the object's own)."""
         leading, following, gone = ([p for p in places if p.kind != "recipient"] for places in _chains(parts))
-        excluded = [place for place in leading if place.kind == "excepted"]
-        leading = [place for place in leading if place.kind != "excepted"]
+        # "not the red one", "similar to this": these tell which thing, wherever they stand
+        excluded = list(takewhile(lambda place: place.kind not in _SPOTS, leading))
+        leading = leading[len(excluded) :]
         if gone:
             return gone, following
         if leading and parts.things:
             return leading, [*excluded, *following]
+        if leading and kind == "pour":
+            return self._split_chain(kind, [], leading)  # "pour from the bottle into the cup"
         if leading:
             return leading, excluded
         if not kind:  # a fragment tells which thing, not where to
@@ -206,7 +216,8 @@ class ClauseReader:
     def _with_thing(self, clause: Clause, first: Place, rest: Sequence[Place]) -> Clause:
         *others, last = first.things
         last = attach(last, rest, self._timing)
-        relation = Relation(first.relation)
+        to_somewhere = clause.kind == "push" and first.tokens[0].tag == "TO"  # nobody pushes a thing into another
+        relation = Relation.NEAR if to_somewhere else Relation(first.relation)
         if relation is Relation.BETWEEN and others:
             return replace(clause, target=others[0], reference2=last, relation=relation)
         if relation is Relation.BETWEEN and last.quantity == 1 and not rest:

@@ -140,6 +140,8 @@ class GrammarParser:
         if ordered:
             return [_refused(said, f"{ordered!r} is nothing that I could bring from this table")]
         commands = combine(said, clauses)
+        if all(command.act is Act.FRAGMENT and _only_it(command) for command in commands):
+            return [_refused(said, f"{said.text!r} is no command for me")]
         if all(command.act is Act.INCOMPLETE and not _names_thing(command) for command in commands) and not answered:
             return [_refused(said, f"{said.text!r} is no command for me")]
         return [replace(command, notes=(*command.notes, *reading.notes)) for command in commands]
@@ -179,6 +181,12 @@ def _why_refused(error: NotInGrammarError, text: str) -> str:
     if error.token.first == 0 or error.token.tag == "UNKNOWN":
         return f"{text!r} is no command for me: I cannot use the word {error.token.text!r}"
     return f"I do not understand {text!r}: {error.token.text!r} does not fit there"
+
+
+def _only_it(command: Command) -> bool:
+    """Whether a fragment is nothing but "it"."""
+    thing = command.object
+    return thing is not None and thing.anaphoric and thing.quantity == 1 and command.target is None
 
 
 def _names_thing(command: Command) -> bool:

@@ -74,6 +74,16 @@ class Lexicon:
                 return length, found
         return 0, ()
 
+    def singular_of(self, word: str) -> str:
+        """Return the singular of a noun, also of one that is not listed if plurals follow a rule."""
+        if word in self.singular or word in self.noun_class or self.raw["plural_rule"] != "s":
+            return self.singular.get(word, word)
+        if len(word) < 4 or not word.endswith("s") or word.endswith(("ss", "us", "is")):
+            return word
+        if word.endswith("ies"):
+            return word[:-3] + "y"
+        return word[:-2] if word.endswith(("ches", "shes", "xes", "sses")) else word[:-1]
+
 
 def phrase(text: str) -> Phrase:
     """Split a lexicon entry into its words."""

@@ -143,7 +143,7 @@ class ReferenceBuilder:
             return min(counts[0], 255)
         if pronoun is not None:
             return int(pronoun.value)
-        plural = head is not None and (head.detail == "plural" or head.text in self._lexicon.many)
+        plural = head is not None and (head.detail.endswith("plural") or head.text in self._lexicon.many)
         plural = plural or (deictic is not None and deictic.value in ("these", "those"))
         plural = plural or (head is None and any(token.text in self._lexicon.many for token in tokens))
         return 0 if plural else 1

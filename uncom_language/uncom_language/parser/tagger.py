@@ -137,7 +137,8 @@ class Tagger:
     def _unknown(self, word: str, previous: Token | None) -> Meaning:
         if word in self._lexicon.function_words or previous is None or previous.tag not in _EXPECT_NOUN:
             return Meaning("UNKNOWN", word)
-        return Meaning("NOUN", word, "unknown")
+        singular = self._lexicon.singular_of(word)
+        return Meaning("NOUN", singular, "unknown plural" if singular != word else "unknown")
 
     def _choose(
         self, meanings: tuple[Meaning, ...], previous: Token | None, words: tuple[str, ...], after: int
@@ -161,7 +162,7 @@ class Tagger:
         thing_follows = noun_follows or bool(following & (PREMODIFIERS | {"PRONOUN"}))
         if before == "GOING":
             return ("PARTICIPLE", "RELATION", "SIDE", "PLACE")
-        unknown_noun = before == "NOUN" and previous is not None and previous.detail == "unknown"
+        unknown_noun = before == "NOUN" and previous is not None and previous.detail.startswith("unknown")
         situation = (
             "within" if before in PREMODIFIERS or unknown_noun else "begin" if before in _BEGINNINGS else "after",
             "noun" if noun_follows else "thing" if thing_follows else "end",
