@@ -30,6 +30,7 @@ from uncom_bringup.run_record import Event
 
 SPEECH, LANGUAGE, GESTURE, REASONER = "speech_node", "language_node", "gesture_node", "reasoner_node"
 NODES = (SPEECH, LANGUAGE, GESTURE, "detection_node", REASONER)
+_VOCABULARY = "/uncom/vocabulary"
 # Limits of wall time [s]; they end a wait for a node that is broken, and are far above what a slow machine takes.
 _ANSWER_S = 120.0
 _QUIET_S = 2.0
@@ -68,12 +69,11 @@ class Lockstep:
         self._barrier = Barrier(monitor, NODES, check)
         self._changed = threading.Condition()
         self._hands_s = float("-inf")
-        self._speech_busy = False
         self._transcripts: list[tuple[str, str]] = []
         self._answered: Counter[str] = Counter()
         self._announced: dict[str, int] = {}
         self._undecided: dict[tuple[str, int], str] = {}
-        self._settle = {name: monitor.create_client(Trigger, f"/{name}/settle") for name in (GESTURE, REASONER)}
+        self._settle = {name: monitor.create_client(Trigger, f"/{name}/settle") for name in (SPEECH, GESTURE, REASONER)}
         self._last_hands_s = float("-inf")
         self._speech_changed = False
         self._picture: int | None = None  # when the last picture's answer is due [ns]
@@ -88,7 +88,6 @@ class Lockstep:
             if event.kind == kinds.HANDS:
                 self._hands_s = event.stamp_s
             elif event.kind == kinds.SPEECH_STATUS:
-                self._speech_busy = data["state"] == kinds.SPEECH_RECOGNISING
                 self._speech_changed = True
             elif event.kind == kinds.TRANSCRIPT:
                 self._transcripts.append((str(data["utterance_id"]), str(data["text"])))
@@ -149,14 +148,23 @@ class Lockstep:
         self._end([deserialize_message(message.data, AudioDataStamped) for message in sounds])
 
     def _who_takes(self, topic: str) -> tuple[str, ...]:
-        names = {topic, *self._player.image_topic(topic)}
-        infos = [info for name in names for info in self._monitor.get_subscriptions_info_by_topic(name)]
-        return tuple(name for name in NODES if name in {info.node_name for info in infos})
+        return tuple(name for name in NODES if name in self._listeners(topic))
+
+    def _listeners(self, topic: str) -> list[str]:
+        """Return the nodes that listen to a topic of the bag or its plain images; one that does twice, twice."""
+        names = (topic, *self._player.image_topic(topic))
+        return [info.node_name for name in names for info in self._monitor.get_subscriptions_info_by_topic(name)]
 
     def _introduce(self, wanted: Sequence[str]) -> None:
         """Say first what a late listener would hear at once, and wait until every publisher was found."""
         latched = {topic.name for topic in self._bag.topics if topic.latched} | {topics.AUDIO_INFO.name}
         first = latched | {topics.RGB_INFO.name, topics.DEPTH_INFO.name}
+        deadline = time.monotonic() + _ANSWER_S
+        while late := [name for name in wanted if self._player.listeners(name) < len(self._listeners(name))]:
+            self._check()
+            if time.monotonic() > deadline:
+                raise GraphError("the graph", f"does not take {', '.join(late)}")
+            time.sleep(0.02)
         self._player.tell_time(self._bag.start_ns)
         todo = [name for name in wanted if name in first]
         for message in self._bag.messages(todo) if todo else ():
@@ -167,6 +175,10 @@ class Lockstep:
                 break
         self._player.wait_until_taken(_QUIET_S)
         self._barrier.settle(*NODES, rounds=1)
+        offered = len(self._monitor.get_publishers_info_by_topic(_VOCABULARY))
+        deadline = time.monotonic() + _QUIET_S
+        while self._settled(SPEECH)[0] < offered and time.monotonic() < deadline:
+            time.sleep(0.01)
 
     def _publish(self, message: BagMessage) -> None:
         self._player.publish(message)
@@ -216,9 +228,7 @@ class Lockstep:
 
     def _hear_out(self) -> None:
         """Let speech_node examine the sound, and what it heard be understood, before time goes on."""
-        self._barrier.settle(SPEECH, rounds=1)
-        if not self._wait(lambda: not self._speech_busy, _ANSWER_S):
-            raise GraphError(SPEECH, f"has recognised one utterance for {_ANSWER_S:.0f} s")
+        self._settled(SPEECH)
         while self._transcripts:
             self._barrier.settle(LANGUAGE, rounds=2)
             self._await_commands(*self._transcripts.pop(0))

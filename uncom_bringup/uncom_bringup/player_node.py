@@ -92,6 +92,12 @@ class PlayerNode(Node):
         channel = self._channels.get(topic)
         return (channel.image.topic_name,) if channel is not None and channel.image is not None else ()
 
+    def listeners(self, topic: str) -> int:
+        """Return how many subscribers have been found for a topic of the bag, its plain images among them."""
+        channel = self._channels.get(topic)
+        publishers = (channel.raw, channel.image) if channel is not None else ()
+        return sum(publisher.get_subscription_count() for publisher in publishers if publisher is not None)
+
     def wait_until_taken(self, limit_s: float) -> None:
         """Wait until whoever listens to what was published so far has it; none listens longer than limit_s."""
         deadline = time.monotonic() + limit_s
