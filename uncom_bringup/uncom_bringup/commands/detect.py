@@ -26,6 +26,7 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     parser.add_argument("phrase", metavar="PHRASE", help='what to look for: "red mug", "objects", "table", ...')
     parser.add_argument("--depth", metavar="D", help="depth image registered to IMAGE: 16-bit PNG, millimetres")
     parser.add_argument("--camera", metavar="C", help='intrinsics as JSON: {"fx", "fy", "cx", "cy"}')
+    parser.add_argument("--lexicon", metavar="FILE", help="YAML file with more words for things")
     add_json(parser)
     parser.set_defaults(run=run)
 
@@ -76,16 +77,18 @@ def run(options: argparse.Namespace) -> int:
         raise BadInputError(f"{options.depth} has another size than {path}; depth must be registered to the picture")
     from uncom_perception import objects  # noqa: PLC0415  (only when it runs)
 
-    result = objects.scene_to_json(objects.detect_in_image(image, options.phrase, depth, camera))
+    lexicon = str(existing_file(options.lexicon)) if options.lexicon else ""
+    found = objects.detect_in_image(image, options.phrase, depth, camera, lexicon=lexicon)
+    result = objects.scene_to_json(found)
     if options.json:
         output.emit_json(result)
         return 0
-    for found in result["detections"]:
-        x0, y0, x1, y1 = found["box"]
+    for thing in result["detections"]:
+        x0, y0, x1, y1 = thing["box"]
         where = f"({x0:.0f}, {y0:.0f})-({x1:.0f}, {y1:.0f}) px"
-        if found.get("centroid_m"):
-            where += " at " + ", ".join(f"{value:+.3f}" for value in found["centroid_m"]) + " m"
-        output.emit(f"{found['score']:.2f}  {found['label']}  {where}")
+        if thing.get("centroid_m"):
+            where += " at " + ", ".join(f"{value:+.3f}" for value in thing["centroid_m"]) + " m"
+        output.emit(f"{thing['score']:.2f}  {thing['label']}  {where}")
     if not result["detections"]:
         output.emit("nothing was found")
     return 0

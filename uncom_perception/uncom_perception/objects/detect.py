@@ -12,6 +12,7 @@ import numpy as np
 from uncom_common.camera import PinholeCamera
 
 from uncom_perception.objects.detector import DepthImage, FloatArray, RgbImage
+from uncom_perception.objects.lexicon import load_lexicon
 from uncom_perception.objects.scenes import is_table, mask_box
 from uncom_perception.objects.tabletop import TabletopDetector
 from uncom_perception.types import Detection, Scene, TableSurface
@@ -20,8 +21,8 @@ _MIN_FIT = 0.1
 
 
 @functools.cache
-def _detector() -> TabletopDetector:
-    return TabletopDetector()
+def _detector(lexicon: str = "") -> TabletopDetector:
+    return TabletopDetector(load_lexicon(lexicon or None))
 
 
 def detect_in_image(
@@ -30,16 +31,18 @@ def detect_in_image(
     depth: DepthImage | None = None,
     camera: PinholeCamera | None = None,
     camera_in_base: FloatArray | None = None,
+    lexicon: str = "",
 ) -> Scene:
     """Find what a phrase means in one picture (H, W, 3) uint8; depth (H, W) [m] and its camera make it metric.
 
     Detections that the phrase fits come best first; each score is how well the phrase fits that thing by itself.
-    "table" gives the table, "objects" everything on it.
+    "table" gives the table, "objects" everything on it. The lexicon is a file with more words for things.
 
     Raises:
         InvalidImageError: shapes that do not fit together.
+        InvalidLexiconError: the lexicon cannot be read.
     """
-    detector = _detector()
+    detector = _detector(lexicon)
     scene = detector.detect(image_rgb, depth, camera, camera_in_base, [phrase])
     if is_table(phrase):
         found = [] if scene.table is None else [_table_detection(scene.table, image_rgb.shape)]

@@ -14,14 +14,16 @@ _CELL_M = 0.005
 _FRAGMENT_PIXELS = 90
 _SAME_LEVEL_M = 0.03
 _HANDLE_GAP_M = 0.02
+_BODY_M = 0.035
 _TOP_M = 0.012
 _TOP_WIDTH_M = 0.028
 
 
-def join_fragments(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
+def join_fragments(surfaces: Surfaces, labels: LabelImage, origin: npt.NDArray[np.int32]) -> LabelImage:
     """Join surfaces of one thing that holes or its own shape part in the image: they meet seen from above.
 
-    Front and inner back wall of a cup, say. Only surfaces of alike colour, or small fragments, are joined.
+    Front and inner back wall of a cup, say. Only surfaces of alike colour, or small fragments, are joined; not those
+    that were parted at a fold, which have the same origin (L + 1,), if both are solid.
     """
     count = int(labels.max())
     if count < 2:
@@ -42,6 +44,8 @@ def join_fragments(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
     parent = np.arange(count + 1)
     order = np.argwhere(np.triu(contacts) >= 2)
     for i, j in sorted(order.tolist(), key=lambda pair: -int(contacts[pair[0], pair[1]])):
+        if origin[i] == origin[j] and all(_stands(surfaces.ground_points[labels == k]) for k in (i, j)):
+            continue
         small = min(sizes[i - 1], sizes[j - 1]) < _FRAGMENT_PIXELS
         if small or (_alike(colours[i - 1], colours[j - 1]) and contacts[i, j] >= 4):
             a, b = _root(parent, i), _root(parent, j)
@@ -150,6 +154,11 @@ def _has_top(points: npt.NDArray[np.float32]) -> bool:
     column, row = (np.floor(high[:, axis] / np.float32(_CELL_M)).astype(np.int64) for axis in (0, 1))
     cells = len(np.unique(column * 100_000 + row))
     return bool(cells * _CELL_M**2 > 0.6 * float(cv2.contourArea(hull)))
+
+
+def _stands(points: npt.NDArray[np.float32]) -> bool:
+    """Whether points (N, 3) are a solid body with a top of its own."""
+    return len(points) >= _FRAGMENT_PIXELS and quantile(points[:, 2], 98) > _BODY_M and _has_top(points)
 
 
 def _label_colours(surfaces: Surfaces, labels: LabelImage) -> npt.NDArray[np.float32]:

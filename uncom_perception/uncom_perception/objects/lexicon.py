@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -54,6 +54,7 @@ class Noun:
     is_a: tuple[str, ...] = ()
     colours: Mapping[str, float] = field(default_factory=dict)
     shape: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    own: bool = False  # described by the user
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,17 +94,29 @@ class Likelihoods:
 
         Of a thing that is partly hidden (0 to 1) all measures but the height say less.
         """
+        return self._log_ratios(shape, colours, hidden)[0]
+
+    def log_fits(self, shape: Shape | None, colours: Mapping[str, float], hidden: float = 0.0) -> FloatArray:
+        """Return how well the measures keep to the description of every noun (N,), as a logarithm; 0 is perfectly."""
+        return self._log_ratios(shape, colours, hidden)[1]
+
+    def _log_ratios(
+        self, shape: Shape | None, colours: Mapping[str, float], hidden: float
+    ) -> tuple[FloatArray, FloatArray]:
         total = np.zeros(len(self.names))
+        kept = np.zeros(len(self.names))
         if shape is not None:
             x = np.array([getattr(shape, name) for name in _MEASURES])
             off = np.maximum(np.maximum((self._low - x) / self._soft_low, (x - self._high) / self._soft_high), 0.0)
             trust = np.where(np.array(_MEASURES) == "height", 1.0, 1.0 - 0.75 * hidden)
-            total += ((np.maximum(-0.5 * off**2, math.log(_FLOOR)) - self._log_mass) * trust).sum(axis=1)
+            fits = np.maximum(-0.5 * off**2, math.log(_FLOOR))
+            total += ((fits - self._log_mass) * trust).sum(axis=1)
+            kept += (fits * trust).sum(axis=1)
         shares = dict(colours)
         fit = (self._colours * np.array([colour_probability(shares, name) for name in COLOUR_NAMES])).max(axis=1)
         with_colour = self._colours.any(axis=1)
-        total += np.where(with_colour, np.log(np.maximum(fit, _COLOUR_FLOOR)) - self._colour_log_mass, 0.0)
-        return total
+        colour = np.where(with_colour, np.log(np.maximum(fit, _COLOUR_FLOOR)), 0.0)
+        return total + colour - self._colour_log_mass, kept + colour
 
 
 @dataclass(frozen=True)
@@ -144,7 +157,8 @@ def load_lexicon(extra: str | Path | None = None) -> Lexicon:
         own = _parsed(path.read_text(encoding="utf-8"), path.name)
     except OSError as error:
         raise InvalidLexiconError(f"cannot read the lexicon {path}: {error.strerror or error}") from error
-    return Lexicon({**base.nouns, **own.nouns}, {**base.classes, **own.classes})
+    described = {name: replace(noun, own=True) for name, noun in own.nouns.items()}
+    return Lexicon({**base.nouns, **described}, {**base.classes, **own.classes})
 
 
 def _parsed(text: str, name: str) -> Lexicon:

@@ -31,6 +31,8 @@ _RANKS: dict[str, tuple[str, int]] = {
     "narrow": ("width", -1),
 }
 _IRREGULAR = {"smallest": "small", "littlest": "little", "tiniest": "tiny"}
+_SURE_DESCRIPTION = 0.6
+_TRUST_DESCRIPTION = 0.9
 _UNKNOWN_FIT = 0.3  # for a noun that the lexicon does not know: weak, the same for all
 
 
@@ -38,13 +40,15 @@ _UNKNOWN_FIT = 0.3  # for a noun that the lexicon does not know: weak, the same 
 class Thing:
     """What is measured on a thing: shape (None without depth), colour shares, size relative to others [any unit].
 
-    nouns (N,) is the log likelihood ratio of each noun of the lexicon.
+    nouns (N,) is the log likelihood ratio of each noun of the lexicon, described (N,) how well it fits the description
+    of each, 0 to 1.
     """
 
     shape: Shape | None
     colours: Mapping[str, float]
     size: float
     nouns: FloatArray
+    described: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,10 +98,15 @@ class PhraseMatcher:
 
     def describe(self, shape: Shape | None, colours: Mapping[str, float], size: float, hidden: float = 0.0) -> Thing:
         """Return a thing, a share of which may be hidden, with what every noun makes of its measures."""
-        return Thing(shape, colours, size, self._likelihoods.log_ratios(shape, colours, hidden))
+        ratios = self._likelihoods.log_ratios(shape, colours, hidden)
+        return Thing(shape, colours, size, ratios, np.exp(self._likelihoods.log_fits(shape, colours, hidden)))
 
     def label(self, thing: Thing) -> tuple[str, float]:
         """Return the best noun for a thing and its probability among all nouns (and an unknown kind of thing)."""
+        own = [i for i, name in enumerate(self._likelihoods.names) if self._lexicon.nouns[name].own]
+        told = max(own, key=lambda i: float(thing.described[i]), default=-1)
+        if told >= 0 and thing.described[told] > _SURE_DESCRIPTION:
+            return self._likelihoods.names[told], float(_TRUST_DESCRIPTION * thing.described[told])
         best = int(thing.nouns.argmax())
         top = max(float(thing.nouns[best]), 0.0)
         total = float(np.exp(thing.nouns - top).sum()) + math.exp(-top)
@@ -134,7 +143,12 @@ class PhraseMatcher:
         own = float(thing.nouns[index])
         # Who says the word means such a thing: the best other word for it speaks against it, at half weight.
         other = max(float(np.delete(thing.nouns, index).max(initial=-50.0)), 0.0)
-        return 1.0 / (1.0 + 0.5 * math.exp(float(np.clip(other - own, -30.0, 30.0))) + 0.1 * math.exp(min(30.0, -own)))
+        relative = 1.0 / (
+            1.0 + 0.5 * math.exp(float(np.clip(other - own, -30.0, 30.0))) + 0.1 * math.exp(min(30.0, -own))
+        )
+        # What users describe means what they describe, whatever else it may be called.
+        described = _TRUST_DESCRIPTION * float(thing.described[index]) if phrase.noun.own else 0.0
+        return max(relative, described)
 
     def _class_fit(self, kind: ThingClass, thing: Thing) -> float:
         top = max(0.0, float(thing.nouns.max()))

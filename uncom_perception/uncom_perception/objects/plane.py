@@ -18,7 +18,7 @@ _SAMPLE = 900
 _REFINING = 8000
 _INLIER_M = 0.008
 _STOREY_M = 0.2  # level planes further apart than this are a table and the floor, or a seat
-_FLOOR_SHARE = 0.3  # of the floor's pixels: what a table must have at least
+_FLOOR_SHARE = 0.12  # of the floor's pixels: what a table must have at least
 _MIN_SHARE = 0.04  # of the sampled points
 _MIN_TABLE_Z_M, _MAX_TABLE_Z_M = 0.25, 1.4  # over the floor: what may be a table where the base frame is known
 _MAX_TILT_BASE = np.cos(np.radians(8.0))
@@ -188,6 +188,7 @@ def lowest_layer(heights: npt.NDArray[np.floating]) -> tuple[float, float]:
     run = dense[dense - first == np.arange(len(dense))]
     peak = int(run[smooth[run].argmax()])
     level = 0.5 * float(edges[peak] + edges[peak + 1])
+    level = float(np.median(heights[np.abs(heights - level) < 0.0008]))  # finer than the bins, where noise is small
     below = level - heights[heights <= level]
     sigma = 1.4826 * float(np.median(below)) if len(below) > 10 else _INLIER_M
     return level, max(sigma, 0.0002)

@@ -28,8 +28,8 @@ _SECTORS = 8
 _REACH = 6  # pixels from the border to where surfaces are compared
 
 
-def split_touching(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
-    """Return labels in which differently coloured things that meet in a fold have labels of their own."""
+def split_touching(surfaces: Surfaces, labels: LabelImage) -> tuple[LabelImage, npt.NDArray[np.int32]]:
+    """Return labels in which things that meet in a fold have labels of their own, and which label each was (L + 1,)."""
     result = labels.copy()
     for label, box in label_boxes(labels).items():
         own = labels[box] == label
@@ -42,7 +42,9 @@ def split_touching(surfaces: Surfaces, labels: LabelImage) -> LabelImage:
             continue
         part = surfaces.cut(box)
         _relabel(result, box, own, _convex_patches(part, own), surfaces, _SHARP_FOLD)
-    return result
+    origin = np.zeros(int(result.max()) + 1, np.int32)
+    origin[result.ravel()] = labels.ravel()
+    return result, origin
 
 
 def _relabel(

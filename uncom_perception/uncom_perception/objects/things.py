@@ -36,8 +36,8 @@ def find_things(image_rgb: RgbImage, view: TableView, hands: HandsFrame | None) 
     pixels, apart = pixels[part], apart[part]
     pixels = pixels & ~hand_pixels(surfaces, pixels, hands, (columns.start, rows.start))
     labels = connected(surfaces, pixels)
-    labels = split_touching(surfaces, _without_specks(labels))
-    labels = join_hollow(surfaces, join_fragments(surfaces, labels))
+    labels, origin = split_touching(surfaces, _without_specks(labels))
+    labels = join_hollow(surfaces, join_fragments(surfaces, labels, origin))
     taken = labels > 0
     reach = Reach(*(apart <= margin for margin in _MARGINS_M))
     masks = []
