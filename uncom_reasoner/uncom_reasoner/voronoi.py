@@ -7,6 +7,7 @@ them around things. A cell is occupied where it meets a footprint grown by the c
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 
 import numpy as np
@@ -32,7 +33,16 @@ def occupancy_map(
         cell_size: wanted distance of seeds, in the outline's unit; cells near things have about half of it.
         clearance: how much each footprint grows.
     """
-    grown = {name: shape.buffer(clearance) for name, shape in footprints.items() if not shape.is_empty}
+    shapes = tuple((name, shapely.to_wkb(shape)) for name, shape in footprints.items() if not shape.is_empty)
+    return _partition(shapely.to_wkb(outline), shapes, float(cell_size), float(clearance))
+
+
+@functools.lru_cache(maxsize=8)  # the readings of one command, and the answers to a question, share a map
+def _partition(
+    outline_wkb: bytes, shapes: tuple[tuple[str, bytes], ...], cell_size: float, clearance: float
+) -> tuple[Cell, ...]:
+    outline = shapely.from_wkb(outline_wkb)
+    grown = {name: shapely.from_wkb(shape).buffer(clearance) for name, shape in shapes}
     seeds = _seeds(outline, list(grown.values()), cell_size)
     parts = _clipped(seeds, outline)
     touches = {name: shapely.intersects(np.array(parts), shape) for name, shape in grown.items()}

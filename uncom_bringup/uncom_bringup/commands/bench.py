@@ -12,6 +12,7 @@ from uncom_bringup.commands.common import SubParsers, add_json, natural_number
 # One line each: the name on the command line and the module here that adds its parser (`add_parser(subparsers)`).
 BENCHMARKS = {
     "understanding": "bench_understanding",
+    "latency": "bench_latency",
     "planning": "bench_planning",
     "execution": "bench_execution",
 }
