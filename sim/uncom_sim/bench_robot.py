@@ -7,12 +7,14 @@ Below are the same controllers as behind ROS, and its eyes are the same camera a
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from uncom_common.transforms import invert
 from uncom_perception.objects.tabletop import TabletopDetector
 from uncom_perception.types import Scene
 from uncom_tiago_exec.exceptions import MotionError, StoppedError
+from uncom_tiago_exec.nearer import drive_velocity
 from uncom_tiago_exec.robot_interface import RobotInterface
 from uncom_tiago_exec.robot_model import finger_joints
 from uncom_tiago_exec.types import Side, Trajectory
@@ -25,6 +27,7 @@ from uncom_sim.robot.description import CAMERA_FRAME
 from uncom_sim.simulator import Simulator
 
 _FINGER_SPEED = 0.04  # [m/s] of one finger
+_DRIVE_STEPS = 5  # between two commands to the base
 _REST_STEPS = 24  # before a picture is taken
 
 
@@ -69,6 +72,20 @@ class SteppedRobot(RobotInterface):
         here = self.positions()
         return sum(here[j] for j in joints)
 
+    def drive(self, distance: float) -> float:
+        """Drive the base by odometry; see RobotInterface."""
+        simulator = self.simulator
+        start = simulator.base.odometry.x
+        while True:
+            if self.stop_at_s is not None and simulator.time_s >= self.stop_at_s:
+                raise StoppedError("stopped on request")
+            went = simulator.base.odometry.x - start
+            velocity = drive_velocity(distance - went)
+            simulator.base.command(velocity, 0.0, simulator.time_s)
+            if velocity == 0.0 and abs(simulator.base.odometry.linear) < 1e-3:
+                return went
+            self.rest(_DRIVE_STEPS)
+
     def look(self) -> Scene:
         """Take a picture now; see RobotInterface."""
         self.rest(_REST_STEPS)
@@ -87,9 +104,7 @@ class SteppedRobot(RobotInterface):
         simulator = self.simulator
         ends: dict[str, Outcome] = {}
         for name, goal in goals.items():
-            simulator.controllers[name].start(
-                goal, simulator.time_s, done=lambda end, key=name: ends.__setitem__(key, end)
-            )
+            simulator.controllers[name].start(goal, simulator.time_s, done=partial(ends.__setitem__, name))
         while len(ends) < len(goals):
             if self.stop_at_s is not None and simulator.time_s >= self.stop_at_s:
                 for name in goals:

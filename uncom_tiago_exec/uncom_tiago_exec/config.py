@@ -26,6 +26,9 @@ class ExecutionConfig:
     state_timeout_s: float = field(default=0.5, metadata={"description": "joint states older than this stop it [s]"})
     approval_timeout_s: float = field(default=60.0, metadata={"description": "how long to wait for approval [s]"})
     verify: bool = field(default=True, metadata={"description": "look again at the end and check the relation"})
+    drive_base: bool = field(
+        default=True, metadata={"description": "drive up to 12 cm nearer and back where both arms reach too short"}
+    )
     preempt: bool = field(default=False, metadata={"description": "a new command stops the one being carried out"})
     reliable_images: bool = field(default=True, metadata={"description": "QoS of image subscriptions"})
     base_frame: str = field(default="base_footprint", metadata={"description": "frame of all poses"})

@@ -7,28 +7,36 @@ Runs in a thread of its own and blocks there; it knows the robot only through Ro
 from __future__ import annotations
 
 import logging
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from uncom_perception.types import Detection, Scene
 
 from uncom_tiago_exec.config import ExecutionConfig
-from uncom_tiago_exec.exceptions import ExecutionError, GraspFailedError, MotionError, RefusedError, StoppedError
+from uncom_tiago_exec.exceptions import (
+    ExecutionError,
+    GraspFailedError,
+    InCollisionError,
+    MotionError,
+    RefusedError,
+    StoppedError,
+    UnreachableError,
+)
+from uncom_tiago_exec.nearer import STEPS, room_ahead, seen_from
 from uncom_tiago_exec.pick_place import PLACING, PickPlacePlanner
 from uncom_tiago_exec.plan import GripStep, MoveStep, Plan
 from uncom_tiago_exec.recovery import way_home
 from uncom_tiago_exec.robot_interface import RobotInterface
 from uncom_tiago_exec.robot_model import RobotModel
+from uncom_tiago_exec.sightings import displaced, nearest
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Outcome, Stage, Status, Trajectory
-from uncom_tiago_exec.verification import extent, middle_of, verify
+from uncom_tiago_exec.verification import verify
 
 _LOG = logging.getLogger(__name__)
 SUPPORTED = (*PLACING, "pick", "push")
 _SQUEEZE = 0.03  # [m] the fingers aim this much below what they hold; with 2 cm tolerance each they keep pressing
 _SLIPPED = 0.014  # [m] fingers that close this much further have lost what was between them
-_LIKE_SIZE = 0.5  # of the logarithm of two sizes
-_FOLLOW_M = 0.12  # [m] after a failed grasp the thing is looked for this far around its last place
 
 Report = Callable[[Status], None]
 
@@ -74,6 +82,42 @@ class Engine:
     def _run(self, task: ManipulationTask) -> str:
         if task.primitive not in SUPPORTED:
             raise RefusedError(f"I have not learned to {task.primitive.replace('_', ' ')} yet")
+        try:
+            return self._from_here(task)
+        except (UnreachableError, InCollisionError) as refusal:
+            if self._in_hand:
+                raise
+            return self._from_nearer(task, refusal)
+
+    def _from_nearer(self, task: ManipulationTask, refusal: RefusedError) -> str:
+        """Drive towards the table as little as lets an arm reach, do it there, and drive back.
+
+        Raises:
+            RefusedError: that would not help, or there is no room, or the base cannot be driven.
+        """
+        room = room_ahead(task.table) if self._config.drive_base else 0.0
+        for ahead in STEPS:
+            if ahead > room:
+                raise refusal
+            try:
+                self._planner.plan(seen_from(task, ahead), self._robot.positions())
+                break
+            except ExecutionError as error:
+                _LOG.debug("from %.2f m nearer: %s", ahead, error)
+        else:
+            raise refusal
+        self._tell(Stage.APPROACHING, f"driving {ahead * 100:.0f} cm nearer")
+        went = self._robot.drive(ahead)
+        try:
+            return self._from_here(self._look_for(seen_from(task, went)))
+        finally:
+            if not self._stopped():
+                self._robot.drive(-went)
+
+    def _stopped(self) -> bool:
+        return isinstance(sys.exc_info()[1], StoppedError)
+
+    def _from_here(self, task: ManipulationTask) -> str:
         failed: list[FloatArray] = []
         for attempt in range(self._config.grasp_attempts):
             plan = self._plan(task, failed, attempt)
@@ -220,10 +264,10 @@ class Engine:
     def _look_for(self, task: ManipulationTask) -> ManipulationTask:
         """Look again and follow the thing to where it is now."""
         scene = self._robot.look()
-        thing = _nearest(scene, task.object) or _displaced(scene, task)
+        thing = nearest(scene, task.object) or displaced(scene, task)
         if thing is None:
             raise GraspFailedError(f"I no longer see the {task.object_text or 'object'}")
-        target = _nearest(scene, task.target) if task.target is not None else None
+        target = nearest(scene, task.target) if task.target is not None else None
         return replace(
             task, object=thing, scene=scene.detections, table=scene.table or task.table, target=target or task.target
         )
@@ -260,26 +304,3 @@ def _gap(positions: dict[str, float], side: str) -> float:
 def _at_end(trajectory: Trajectory, here: FloatArray) -> bool:
     end, start = trajectory.positions[-1], trajectory.positions[0]
     return bool(np.abs(here - end).max() < np.abs(here - start).max())
-
-
-def _nearest(scene: Scene, thing: Detection) -> Detection | None:
-    place = middle_of(thing)
-    seen = [d for d in scene.detections if d.geometry is not None]
-    near = [(float(np.linalg.norm(middle_of(d) - place)), i) for i, d in enumerate(seen)]
-    if not near or min(near)[0] > _FOLLOW_M:
-        return None
-    return seen[min(near)[1]]
-
-
-def _displaced(scene: Scene, task: ManipulationTask) -> Detection | None:
-    """Return the thing of like size that stands where nothing stood before."""
-    size = extent(task.object)
-    known = [middle_of(d) for d in task.scene if d.geometry is not None and d.id != task.object.id]
-    best: tuple[float, Detection] | None = None
-    for seen in scene.detections:
-        if seen.geometry is None or any(np.linalg.norm(middle_of(seen) - old) < 0.03 for old in known):
-            continue
-        misfit = abs(float(np.log(max(extent(seen), 1e-3) / max(size, 1e-3))))
-        if misfit < _LIKE_SIZE and (best is None or misfit < best[0]):
-            best = (misfit, seen)
-    return best[1] if best else None

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from uncom_tiago_exec.arm_planner import TABLE_ONLY, ArmPlanner
+from uncom_tiago_exec.choosing import failure_of, in_order, refusal, same_grasp
 from uncom_tiago_exec.collision import CollisionChecker
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import (
@@ -89,7 +90,7 @@ class PickPlacePlanner:
                 self._pushed(arms, scene, task, goal), started, {"push": time.thread_time() - began}
             )
         grasps = grasp_candidates(scene.moved, scene.neighbours, arms["left"].group.gripper)
-        grasps = [g for g in grasps if not any(_near(g.pose, bad) for bad in avoid)]
+        grasps = [g for g in grasps if not any(same_grasp(g.pose, bad) for bad in avoid)]
         if not grasps and goal is not None and goal.touches == TABLE_ONLY:
             return self._timed_plan(
                 self._pushed(arms, scene, task, goal), started, {"push": time.thread_time() - began}
@@ -144,21 +145,20 @@ class PickPlacePlanner:
         deadline = time.thread_time() + self.config.planning_time_s  # a busy machine gets the same search
         found: list[_Reach] = []
         failures: Counter[str] = Counter()
-        ordered = _ordered(arms, grasps, goal)
+        ordered = in_order(arms, grasps, goal)
         for effort in (0, 2):  # a quick look at all of them, then a thorough one
-            failures.clear()
             for arm, grasp in ordered:
                 if time.thread_time() > deadline or len(found) >= _ENOUGH:
                     break
                 try:
                     found.append(self._reach(arm, grasp, goal, effort))
                 except ExecutionError as error:
-                    failures[_failure(error)] += 1
+                    failures[failure_of(error)] += 1
             if found:
                 break
         _LOG.debug("grasps that work: %d; others failed by %s", len(found), dict(failures))
         if not found:
-            raise _refusal(failures, task)
+            raise refusal(failures, task)
         return sorted(found, key=lambda reach: reach.cost())
 
     def _reach(self, arm: ArmPlanner, grasp: Grasp, goal: Destination | None, effort: int) -> _Reach:
@@ -263,55 +263,3 @@ def grasp_direction(place: Place) -> FloatArray:
 def _end_at(path: FloatArray, q: FloatArray) -> FloatArray:
     """Return the path with its end set to the true start, which noise may have put outside the limits."""
     return np.vstack([path[:-1], q])
-
-
-def _near(a: FloatArray, b: FloatArray) -> bool:
-    turn = np.arccos(np.clip((np.trace(a[:3, :3].T @ b[:3, :3]) - 1.0) / 2.0, -1.0, 1.0))
-    return bool(np.linalg.norm(a[:3, 3] - b[:3, 3]) < 0.015 and turn < 0.35)
-
-
-def _ordered(
-    arms: Mapping[Side, ArmPlanner], grasps: Sequence[Grasp], goal: Destination | None
-) -> list[tuple[ArmPlanner, Grasp]]:
-    """Sort pairs of arm and grasp by worth: quality, arm on the right side, hand not turned back to the robot."""
-    scored = []
-    for side, arm in arms.items():
-        sign = 1.0 if side == "left" else -1.0
-        shoulder = np.array([-0.03, sign * 0.19])
-        for grasp in grasps:
-            at = grasp.pose[:2, 3]
-            far = at if goal is None else max((at, goal.xy), key=lambda p: -sign * float(p[1]))
-            crossing = max(0.0, -sign * float(far[1]))
-            yaw = np.arctan2(-grasp.pose[0, 1], grasp.pose[1, 1])
-            azimuth = np.arctan2(*(at - shoulder)[::-1])
-            facing = 0.6 + 0.4 * float(np.cos(yaw - azimuth))
-            steep = max(0.0, float(np.linalg.norm(at - shoulder)) - 0.7) * max(0.0, -float(grasp.approach[2]) - 0.7)
-            scored.append((grasp.quality * facing * np.exp(-crossing / 0.15) * np.exp(-8.0 * steep), arm, grasp))
-    scored.sort(key=lambda item: -item[0])
-    return [(arm, grasp) for _, arm, grasp in scored]
-
-
-def _failure(error: ExecutionError) -> str:
-    if isinstance(error, UnreachableError):
-        return "reach_place" if str(error) == "place" else "reach_object"
-    if isinstance(error, InCollisionError):
-        names = sorted({name for pair in error.contacts for name in pair if not name.startswith(("arm", "wrist"))})
-        return "blocked:" + ",".join(n for n in names if "link" not in n)
-    return "straight"
-
-
-def _refusal(failures: Counter[str], task: ManipulationTask) -> RefusedError:
-    """Say in words what most grasps failed by."""
-    what = task.object_text or task.object.label or "object"
-    if not failures:
-        return PlanningError(f"I found no way to take the {what} in time")
-    if failures["reach_place"] and failures["reach_object"] < sum(failures.values()):
-        where = f"put it at the {task.target_text}" if task.target_text else "put it there"
-        return UnreachableError(f"I can take the {what}, but with the same arm I cannot reach far enough to {where}")
-    worst = failures.most_common(1)[0][0]
-    if worst == "reach_object":
-        return UnreachableError(f"the {what} is out of reach of both arms")
-    if worst.startswith("blocked:"):
-        names = worst.removeprefix("blocked:").replace("object", f"the {what}") or "something"
-        return InCollisionError(f"I cannot take or place the {what} without touching something ({names})")
-    return PlanningError(f"I cannot move straight to the {what} and away again")

@@ -22,6 +22,7 @@ from uncom_perception.conversions import scene_from_response
 from uncom_perception.types import Scene
 
 from uncom_interfaces.srv import Detect
+from uncom_tiago_exec.base_drive_node import drive_base
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.conversions import goal_to_msg
 from uncom_tiago_exec.exceptions import MotionError, StoppedError
@@ -154,6 +155,10 @@ class RosRobot(RobotInterface):
         self._carry_out({f"gripper_{side}_controller": goal_to_msg(trajectory, joints)})
         positions = self.positions()
         return sum(positions[name] for name in joints)
+
+    def drive(self, distance: float) -> float:
+        """Drive the base by odometry; see RobotInterface."""
+        return drive_base(self._node, self._group, distance, self._stop, self._config.base_frame)
 
     def _carry_out(self, goals: dict[str, Any]) -> dict[str, Any]:
         """Send goals and wait for their results; cancel all on stop, silence or when one fails."""

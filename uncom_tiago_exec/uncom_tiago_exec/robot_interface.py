@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 
 from uncom_perception.types import Scene
 
+from uncom_tiago_exec.exceptions import MotionError
 from uncom_tiago_exec.types import Side, Trajectory
 
 
@@ -41,3 +42,12 @@ class RobotInterface(ABC):
         Raises:
             MotionError: no picture came or nothing could be made of it.
         """
+
+    def drive(self, distance: float) -> float:
+        """Drive the base straight on by a distance [m], back if negative; return how far it went.
+
+        Raises:
+            MotionError: this robot's base cannot be driven, or it did not get there.
+            StoppedError: it was stopped on request.
+        """
+        raise MotionError(f"the base cannot be driven ({distance:.2f} m)")
