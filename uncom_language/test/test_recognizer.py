@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 from itertools import pairwise
 
 import av
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 import soundfile
 from simulated_speech import say
-from uncom_language.exceptions import SoundFileError, SoundFormatError, UnknownBackendError
+from uncom_language.exceptions import NotInstalledError, SoundFileError, SoundFormatError, UnknownBackendError
 from uncom_language.parser import parse_transcript
 from uncom_language.speech import make_recognizer, transcribe_file, transcript_to_json
 from uncom_language.types import Act
@@ -146,9 +147,12 @@ def test_a_silent_file_has_no_words(tmp_path):
     assert transcript_to_json(transcribe_file(path))["words"] == []
 
 
-def test_a_back_end_that_is_not_installed_is_named():
-    with pytest.raises(UnknownBackendError, match=r"'whisper' is not available .*pocketsphinx.*not installed"):
-        make_recognizer("whisper")
+def test_a_back_end_that_does_not_exist_or_is_not_installed_is_named():
+    with pytest.raises(UnknownBackendError, match=r"'wisper' is not available .*pocketsphinx, whisper"):
+        make_recognizer("wisper")
+    if importlib.util.find_spec("torch") is None or importlib.util.find_spec("transformers") is None:
+        with pytest.raises(NotInstalledError, match=r"not installed: run ./uncom setup --full"):
+            make_recognizer("whisper")
 
 
 def noises():
