@@ -41,7 +41,7 @@ class Thing:
     """What is measured on a thing: shape (None without depth), colour shares, size relative to others [any unit].
 
     nouns (N,) is the log likelihood ratio of each noun of the lexicon, described (N,) how well it fits the description
-    of each, 0 to 1.
+    of each, 0 to 1. certainty is how sure it is that this is a thing at all.
     """
 
     shape: Shape | None
@@ -49,6 +49,7 @@ class Thing:
     size: float
     nouns: FloatArray
     described: FloatArray
+    certainty: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,10 +97,19 @@ class PhraseMatcher:
                 unknown = word
         return Phrase(text, noun, unknown, tuple(colours), tuple(ranks), tuple(shapes))
 
-    def describe(self, shape: Shape | None, colours: Mapping[str, float], size: float, hidden: float = 0.0) -> Thing:
+    def describe(
+        self,
+        shape: Shape | None,
+        colours: Mapping[str, float],
+        size: float,
+        hidden: float = 0.0,
+        certainty: float = 1.0,
+    ) -> Thing:
         """Return a thing, a share of which may be hidden, with what every noun makes of its measures."""
         ratios = self._likelihoods.log_ratios(shape, colours, hidden)
-        return Thing(shape, colours, size, ratios, np.exp(self._likelihoods.log_fits(shape, colours, hidden)))
+        return Thing(
+            shape, colours, size, ratios, np.exp(self._likelihoods.log_fits(shape, colours, hidden)), certainty
+        )
 
     def label(self, thing: Thing) -> tuple[str, float]:
         """Return the best noun for a thing and its probability among all nouns (and an unknown kind of thing)."""
@@ -115,7 +125,7 @@ class PhraseMatcher:
     def fits(self, text: str, things: Sequence[Thing]) -> FloatArray:
         """Return for each thing (N,) how well a phrase fits it by itself, 0 to 1; ranks look at the others too."""
         phrase = self.parse(text)
-        fit = np.array([self._noun_fit(phrase, thing) for thing in things])
+        fit = np.array([self._noun_fit(phrase, thing) * thing.certainty for thing in things])
         for i, thing in enumerate(things):
             for colour in phrase.colours:
                 fit[i] *= max(colour_probability(dict(thing.colours), colour), 0.01)

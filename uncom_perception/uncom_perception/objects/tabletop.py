@@ -27,6 +27,7 @@ from uncom_perception.objects.viewpoint import view_table
 from uncom_perception.types import Geometry, HandsFrame, Mask, Scene, TableSurface
 
 _HIDDEN_IN_THINGS = 0.6
+_SURE_PIXELS = 300
 
 
 class TabletopDetector(ObjectDetector):
@@ -96,9 +97,14 @@ class TabletopDetector(ObjectDetector):
             colours = name_colours(_surface_pixels(image_rgb, mask), gain)
             # What lies in a thing is partly hidden by it, and may lean.
             hidden = max(hidden_share(mask, view.depth), _HIDDEN_IN_THINGS if base > 0.0 else 0.0)
-            thing = self._matcher.describe(shape, colours, size, hidden)
+            thing = self._matcher.describe(shape, colours, size, hidden, _certainty(mask))
             found.append((mask, geometry(cloud, ground, base, hull), thing))
         return view.surface, found
+
+
+def _certainty(mask: Mask) -> float:
+    """Return how sure it is that a mask is a thing: scraps of a few pixels often are the sensor's."""
+    return float(np.clip(np.count_nonzero(mask) / _SURE_PIXELS, 0.3, 1.0))
 
 
 def _surface_pixels(image_rgb: RgbImage, mask: Mask) -> npt.NDArray[np.uint8]:
