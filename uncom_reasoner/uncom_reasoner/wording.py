@@ -66,7 +66,7 @@ def sentence(command: Command, grounded: GroundedCommand) -> str:
         return f"I take {thing}."
     if command.primitive is Primitive.POUR:
         return f"I pour from {thing} {place.replace('in ', 'into ', 1)}."
-    return f"I take {thing} and put it {place}."
+    return f"I take {thing} and put {'them' if grounded.parts > 1 else 'it'} {place}."
 
 
 def proposal(command: Command, grounded: GroundedCommand) -> str:
