@@ -35,22 +35,35 @@ class ActReader:
 
     def read(self, items: tuple[Item, ...]) -> Opening:
         """Return what the utterance opens with."""
-        lexicon = self._lexicon
         words = _words(items)
-        if words in lexicon.acts:
-            return Opening(_ACTS[lexicon.acts[words]])
-        if words in lexicon.social:
+        if words in self._lexicon.social and words not in self._lexicon.acts:
             return Opening(rest=items)
-        kept = tuple(without_fillers(items, lexicon))
-        acts = self._only_acts(_words(kept) or words)
-        if acts:
-            return Opening(next(act for act in _CAREFUL if act in acts))
+        kept = tuple(without_fillers(items, self._lexicon))
+        opening = self._split(kept)
+        act = self._whole_act(words, _words(kept), _words(opening.rest))
+        if act is None:
+            act = self._act_of_broken(items, words, opening)
+        return opening if act is None else Opening(act)
+
+    def _whole_act(self, words: Phrase, kept: Phrase, rest: Phrase) -> Act | None:
+        """Return the act that all of an utterance is, with or without politeness and "actually"."""
+        acts = self._lexicon.acts
+        if words in acts:
+            return _ACTS[acts[words]]
+        several = self._only_acts(kept or words)
+        if several:
+            return next(act for act in _CAREFUL if act in several)
+        return _ACTS[acts[rest]] if rest in acts else None
+
+    def _act_of_broken(self, items: tuple[Item, ...], words: Phrase, opening: Opening) -> Act | None:
+        """Return stop or cancel, where one is said and the rest makes no sentence."""
         first, last = self._act_at_start(words), self._act_at_end(words)
-        if Act.STOP in (first, last) and not self._parses(items):
-            return Opening(Act.STOP)
-        if first is Act.CANCEL and not self._parses(items):
-            return Opening(Act.CANCEL)
-        return self._split(kept)
+        said = Act.STOP if Act.STOP in (first, last) else first if first is Act.CANCEL else None
+        if said is None or self._parses(items):
+            return None
+        # "wait, no, the other one"
+        amended = opening.amends and opening.act is Act.NO and last is not Act.STOP and self._parses(opening.rest)
+        return None if amended else said
 
     def refusal(self, items: tuple[Item, ...]) -> str:
         """Return why words cannot be a command, by their beginning; empty if they may."""

@@ -180,6 +180,8 @@ class ClauseReader:
             return leading, excluded
         if not kind:  # a fragment tells which thing, not where to
             return [], [*excluded, *following]
+        if any(place.kind in _SPOTS for place in following):  # "not on the plate but in the bowl"
+            following = [p for p in following if p.kind != "excepted" or p.things or p.tokens[0].tag != "NOT"]
         targets, nested = self._split_chain(kind, parts.things, following)
         return targets, [*excluded, *nested]
 
@@ -285,4 +287,5 @@ def _target_start(places: list[Place], free: list[int]) -> int:
         return supporting[-1]
     telling = [index for index in free if places[index].kind == "side" and not places[index].directed]
     going = [index for index in free if index not in telling]
+    going = [index for index in going if places[index].toward] or going
     return going[0] if going else free[-1]

@@ -55,6 +55,8 @@ class Lexicon:
     units: Mapping[str, float]
     before_distance: frozenset[Phrase]
     directed: frozenset[str]
+    toward: frozenset[str]
+    instead: frozenset[str]
     definite: frozenset[str]
     one: str
     ones: frozenset[str]
@@ -177,6 +179,8 @@ def lexicon_from_data(language: str, raw: Mapping[str, Any]) -> Lexicon:
         units={unit: float(value) for unit, value in raw["units"].items()},
         before_distance=_phrases(raw, "before_distance"),
         directed=frozenset(raw["directed"]),
+        toward=frozenset(raw["toward"]),
+        instead=frozenset(raw["instead"]),
         definite=frozenset(raw["definite"]),
         one=str(raw["ones"][0]),
         ones=frozenset([*raw["ones"], *raw["generic_nouns"], *raw["many"]]),

@@ -26,6 +26,7 @@ class Place:
     text: str = ""
     restrictive: bool = False  # "the cup that is ...": tells which thing, never where to
     directed: bool = False  # "into", "onto", "to": where to, never which thing
+    toward: bool = False  # "to the left of": rather where to
     distance_m: float = 0.0
 
 

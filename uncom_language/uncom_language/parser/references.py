@@ -164,6 +164,8 @@ class ReferenceBuilder:
             made = replace(self.place(inner[0]), tokens=tokens) if inner else Place("moved", "", tokens)
             return replace(made, distance_m=float(tokens[0].value))
         if tree.data in ("excepted", "which_not"):
+            if inner[0].data != "thing" and tokens[0].text in self._lexicon.instead:
+                return self.place(inner[0])  # "not on the plate but in the bowl"
             things = (self.thing(inner[0]),) if inner[0].data == "thing" else ()
             text = " ".join(token.text for token in tokens[1:])
             return Place("excepted", "", tokens, things, text, restrictive=True)
@@ -190,6 +192,7 @@ class ReferenceBuilder:
             text=mark.text,
             restrictive=kind in ("compared", "likeness", "pointed") or mark.tag == "SOURCE",
             directed=mark.tag == "TO" or mark.text in self._lexicon.directed,
+            toward=mark.text in self._lexicon.toward,
         )
 
     def _pointed(self, token: Token) -> Reference:
