@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whole plans, and the engine on a robot that does what it is told."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -21,6 +22,7 @@ from uncom_perception.types import Scene
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.engine import Engine, reversed_trajectory
 from uncom_tiago_exec.exceptions import MotionError, RefusedError, StoppedError, UnreachableError
+from uncom_tiago_exec.nearer import seen_from
 from uncom_tiago_exec.pick_place import PickPlacePlanner
 from uncom_tiago_exec.plan import GripStep, MoveStep
 from uncom_tiago_exec.robot_interface import RobotInterface
@@ -228,3 +230,73 @@ def test_a_push_against_something_else_is_refused():
     ]
     with pytest.raises(RefusedError, match="in the way"):
         PickPlacePlanner(robot(), CONFIG).plan(make_task(things, "place", place=(0.62, 0.1)), start_positions())
+
+
+def test_what_was_picked_up_can_be_set_down_by_the_next_command():
+    """The first command leaves the lemon in the hand; the second brings it to the bowl and the arm to the start."""
+    things = lemon_and_bowl(np.random.default_rng(0))
+    in_bowl = ball_cloud(0.6, -0.08, 0.027, np.random.default_rng(1)) + np.array([0, 0, 0.01])
+    after = [detection("lemon", in_bowl), *things[1:]]
+    machine = ObedientRobot(Scene(0.0, "base_footprint", tuple(after), table(), (), "test"), [0.05])
+    engine = Engine(robot(), machine, CONFIG, lambda _: None)
+    first = engine.execute(make_task(things, "pick"))
+    assert first.success
+    assert first.in_hand == "lemon"
+    other = engine.execute(make_task([things[2], *things[:2]], "put_in", target="bowl"))
+    assert not other.success
+    assert "I hold the lemon" in other.reason
+    second = engine.execute(make_task(things, "put_in", target="bowl"))
+    assert second.success, second.reason
+    assert second.in_hand == ""
+    assert all(abs(machine.joints[n] - v) < 0.01 for n, v in start_positions().items() if "finger" not in n)
+
+
+def test_after_a_stop_the_next_command_begins_with_going_home():
+    things = lemon_and_bowl(np.random.default_rng(0))
+    in_bowl = ball_cloud(0.6, -0.08, 0.027, np.random.default_rng(1)) + np.array([0, 0, 0.01])
+    after = [detection("lemon", in_bowl), *things[1:]]
+    machine = ObedientRobot(Scene(0.0, "base_footprint", tuple(after), table(), (), "test"), [0.05], stop_at=2)
+    engine = Engine(robot(), machine, CONFIG, lambda _: None)
+    assert engine.execute(make_task(things, "put_in", target="bowl")).stage != Stage.DONE
+    away = max(abs(machine.joints[n] - v) for n, v in start_positions().items() if "finger" not in n)
+    assert away > 0.1
+    machine.stop_at = None
+    outcome = engine.execute(make_task(things, "put_in", target="bowl"))
+    assert outcome.success, outcome.reason
+    assert all(abs(machine.joints[n] - v) < 0.01 for n, v in start_positions().items() if "finger" not in n)
+
+
+class ShortArmed(ObedientRobot):
+    """Sees everything that much nearer as it has driven."""
+
+    def __init__(self, scene, widths):
+        super().__init__(scene, widths)
+        self.ahead = 0.0
+        self.driven = []
+
+    def drive(self, distance):
+        self.ahead += distance
+        self.driven.append(distance)
+        return distance
+
+    def look(self):
+        seen = make_task(list(self.scene.detections), "pick")
+        near = seen_from(seen, self.ahead)
+        return replace(super().look(), detections=near.scene, table=near.table)
+
+
+def test_what_is_out_of_reach_is_reached_by_driving_nearer_and_back():
+    rng = np.random.default_rng(5)
+    can = detection("can", cylinder_cloud(0.86, 0.2, 0.033, 0.11, rng))
+    machine = ShortArmed(Scene(0.0, "base_footprint", (can,), table(), (), "test"), [0.066])
+    outcome = Engine(robot(), machine, CONFIG, lambda _: None).execute(make_task([can], "pick"))
+    assert outcome.success, outcome.reason
+    assert machine.driven[0] > 0.0
+    assert machine.ahead == pytest.approx(0.0, abs=1e-9)
+    fixed = ShortArmed(Scene(0.0, "base_footprint", (can,), table(), (), "test"), [0.066])
+    refused = Engine(robot(), fixed, replace(CONFIG, drive_base=False), lambda _: None).execute(
+        make_task([can], "pick")
+    )
+    assert not refused.success
+    assert not fixed.driven
+    assert fixed.moves == 0

@@ -46,7 +46,7 @@ class Engine:
 
     def __init__(self, model: RobotModel, robot: RobotInterface, config: ExecutionConfig, report: Report) -> None:
         """Keep the parts; nothing moves yet."""
-        self._model = model
+        self.model = model
         self._planner = PickPlacePlanner(model, config)
         self._robot = robot
         self._config = config
@@ -55,19 +55,48 @@ class Engine:
         self._in_hand = ""
         self._held_gap = 0.0
         self._verification: dict[str, object] = {}
+        self._under_way: Plan | None = None
+        self._unfinished: Plan | None = None
 
     def execute(self, task: ManipulationTask) -> Outcome:
         """Carry out a task; every stage is reported, the last one is DONE, FAILED or STOPPED."""
-        self._in_hand = ""
         self._stage = Stage.IDLE
         self._verification = {}
         try:
-            text = self._run(task)
+            self._finish_what_was_stopped()
+            text = self._place_held(task) if self._in_hand else self._run(task)
         except StoppedError as error:
+            self._unfinished = self._under_way
             return self._end(Stage.STOPPED, str(error))
         except ExecutionError as error:
             return self._end(Stage.FAILED, str(error))
         return self._end(Stage.DONE, text)
+
+    def _finish_what_was_stopped(self) -> None:
+        """Go home first if the last command was stopped on its way."""
+        if self._unfinished is not None:
+            self._recover(self._unfinished, "first I go back to where I began")
+            self._unfinished = None
+
+    def _place_held(self, task: ManipulationTask) -> str:
+        """Set down what an earlier command has put into the hand."""
+        plan = self._under_way
+        held = self._in_hand
+        if plan is None or _gap(self._robot.positions(), plan.side) < self._held_gap - _SLIPPED:
+            self._in_hand = ""
+            return self._run(task)
+        words = {*task.object_text.lower().split(), task.object.label.lower()}
+        if task.primitive not in PLACING or not (words & {*held.lower().split()} or not task.object_text):
+            raise RefusedError(f"I hold the {held}; tell me first where to put it")
+        self._tell(Stage.PLANNING, f"looking for a place for the {held}", plan.side)
+        placing = self._planner.plan_held(task, self._robot.positions(), plan)
+        try:
+            self._carry(placing)
+            self._place(placing)
+        except (GraspFailedError, MotionError):
+            self._recover(plan)
+            raise
+        return self._check(task, placing)
 
     def _end(self, stage: Stage, text: str) -> Outcome:
         before = self._stage
@@ -120,7 +149,7 @@ class Engine:
     def _from_here(self, task: ManipulationTask) -> str:
         failed: list[FloatArray] = []
         for attempt in range(self._config.grasp_attempts):
-            plan = self._plan(task, failed, attempt)
+            plan = self._under_way = self._plan(task, failed, attempt)
             try:
                 self._take(task, plan)
                 self._carry(plan)
@@ -241,7 +270,7 @@ class Engine:
         self._tell(Stage.HOMING, why, plan.side)
         try:
             positions = self._robot.positions()
-            for motion in way_home(self._model, plan, positions, self._config, holding=bool(self._in_hand)):
+            for motion in way_home(self.model, plan, positions, self._config, holding=bool(self._in_hand)):
                 self._robot.follow(motion)
         except StoppedError:
             raise

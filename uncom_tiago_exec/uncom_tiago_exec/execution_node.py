@@ -53,6 +53,7 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
         super().__init__("execution_node", ExecutionConfig, **node_options)
         self._robot = RosRobot(self, self.config)
         self._model: RobotModel | None = None
+        self._engine: Engine | None = None
         self._jobs: queue.Queue[_Job | None] = queue.Queue()
         self._current: _Job | None = None
         self._lock = threading.Lock()
@@ -189,7 +190,7 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
     def _carry_out(self, job: _Job) -> Outcome:
         try:
             task = task_from_msg(job.command)
-            engine = Engine(self._robot_model(), self._robot, self.config, lambda status: self._publish(job, status))
+            engine = self._engine_for(self._robot_model())
             if self.config.require_approval:
                 self._ask(job, task)
         except UncomError as error:
@@ -204,6 +205,12 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
     def _refuse(self, job: _Job, stage: Stage, text: str) -> Outcome:
         self._publish(job, Status(stage, text))
         return Outcome(False, stage, text)
+
+    def _engine_for(self, model: RobotModel) -> Engine:
+        """Return the engine; it outlives a command, for it knows what is in the hand and where home is."""
+        if self._engine is None or self._engine.model is not model:
+            self._engine = Engine(model, self._robot, self.config, lambda status: self._publish(self._current, status))
+        return self._engine
 
     def _robot_model(self) -> RobotModel:
         if self._model is None:

@@ -31,7 +31,7 @@ from uncom_tiago_exec.placing import Destination, Place, destination, place_opti
 from uncom_tiago_exec.plan import GripStep, MoveStep, Plan, Step
 from uncom_tiago_exec.pushing import GAP, find_push
 from uncom_tiago_exec.robot_model import RobotModel
-from uncom_tiago_exec.scene_model import SceneModel, build_scene
+from uncom_tiago_exec.scene_model import SceneModel, build_scene, replace_moved
 from uncom_tiago_exec.straight import shortest_time
 from uncom_tiago_exec.types import SIDES, FloatArray, ManipulationTask, Side, Stage
 
@@ -227,24 +227,51 @@ class PickPlacePlanner:
             GripStep(Stage.GRASPING, max(0.0, grasp.width - 0.02), holding=True, detail="closing the fingers"),
             _move(arm, Stage.LIFTING, (reach.lift, lifting, 0.8), "straight up"),
         ]
-        if reach.place is None or reach.lower is None or reach.retreat is None:
-            return tuple(steps)
-        carrying = arm.carrying(grasp, frozenset())
-        over = arm.transit(carrying, reach.lift[-1], [reach.lower[0]])
-        touches = frozenset({arm.scene.moved.name})
-        leaving = arm.leaving(reach.release_gap, reach.place.motion, touches)
-        away = arm.leaving(reach.release_gap, reach.place.motion, frozenset())
-        back = arm.transit(away, reach.retreat[-1], [start])
-        lowering = arm.carrying(grasp, reach.place.touches)
-        steps += [
-            _move(arm, Stage.TRANSFERRING, (over, carrying, 0.9), "to the place"),
-            _move(arm, Stage.PLACING, (reach.lower, lowering, 0.8), "straight down"),
-            GripStep(Stage.PLACING, reach.release_gap, detail="letting go"),
-            _move(arm, Stage.RETREATING, (reach.retreat, leaving, 0.9), "straight out"),
-            _move(arm, Stage.HOMING, (_end_at(back, arm.start), away, 1.0), "back to the start"),
-            GripStep(Stage.HOMING, arm.start_gap, detail="fingers as before"),
-        ]
-        return tuple(steps)
+        return (*steps, *_placing_steps(reach, arm.start, arm.start_gap))
+
+    def plan_held(self, task: ManipulationTask, positions: Mapping[str, float], held: Plan) -> Plan:
+        """Plan to set down what `held` has put into the hand, and to go to where that plan began.
+
+        Raises:
+            RefusedError: there is no place, or it cannot be reached; the text says why.
+        """
+        started, began = time.monotonic(), time.thread_time()
+        if held.grasp is None:
+            raise RefusedError("I hold nothing")
+        scene = replace_moved(build_scene(task), held.scene.moved)
+        goal = destination(task, scene.moved, scene.target)
+        arm = ArmPlanner(self.robot, held.side, positions, scene, self.config)
+        here = arm.group.clamp(arm.start)
+        taken = _Reach(arm, held.grasp, here[None], np.vstack([here, here]))
+        reach = self._let_go(arm, held.grasp, goal, taken, 2)
+        steps = _placing_steps(reach, held.home, 0.0)
+        plan = Plan(held.side, steps, scene, held.grasp, reach.place.motion if reach.place else None)
+        return self._timed_plan(plan, started, {"held": time.thread_time() - began})
+
+
+def _placing_steps(reach: _Reach, home: FloatArray, gap: float) -> tuple[Step, ...]:
+    """Return the steps from the lifted thing to the arm at home (8,) with its fingers at a gap [m]."""
+    if reach.place is None or reach.lower is None or reach.retreat is None:
+        return ()
+    arm, grasp = reach.arm, reach.grasp
+    carrying = arm.carrying(grasp, frozenset())
+    over = arm.transit(carrying, reach.lift[-1], [reach.lower[0]])
+    touches = frozenset({arm.scene.moved.name})
+    leaving = arm.leaving(reach.release_gap, reach.place.motion, touches)
+    away = arm.leaving(reach.release_gap, reach.place.motion, frozenset())
+    goal = arm.group.clamp(home)
+    if not away.is_free(goal):
+        away.relax_at(goal)
+    back = arm.transit(away, reach.retreat[-1], [goal])
+    lowering = arm.carrying(grasp, reach.place.touches)
+    return (
+        _move(arm, Stage.TRANSFERRING, (over, carrying, 0.9), "to the place"),
+        _move(arm, Stage.PLACING, (reach.lower, lowering, 0.8), "straight down"),
+        GripStep(Stage.PLACING, reach.release_gap, detail="letting go"),
+        _move(arm, Stage.RETREATING, (reach.retreat, leaving, 0.9), "straight out"),
+        _move(arm, Stage.HOMING, (_end_at(back, home), away, 1.0), "back to the start"),
+        GripStep(Stage.HOMING, gap, detail="fingers as before"),
+    )
 
 
 def _move(arm: ArmPlanner, stage: Stage, way: tuple[FloatArray, CollisionChecker, float], detail: str) -> MoveStep:

@@ -58,3 +58,8 @@ class Plan:
     def shortest_s(self) -> float:
         """Sum of the least times of the motions [s], each from rest to rest."""
         return sum(step.shortest_s for step in self.steps if isinstance(step, MoveStep))
+
+    @property
+    def home(self) -> FloatArray:
+        """Where its first motion begins: the joint vector (8,) to go back to."""
+        return next(step.trajectory.positions[0] for step in self.steps if isinstance(step, MoveStep))

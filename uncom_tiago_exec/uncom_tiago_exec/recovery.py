@@ -11,7 +11,7 @@ from uncom_tiago_exec.arm_planner import TABLE_ONLY, ArmPlanner
 from uncom_tiago_exec.collision import CollisionChecker
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError
-from uncom_tiago_exec.plan import MoveStep, Plan
+from uncom_tiago_exec.plan import Plan
 from uncom_tiago_exec.robot_model import RobotModel, finger_joints
 from uncom_tiago_exec.types import FloatArray, Trajectory
 
@@ -26,11 +26,10 @@ def way_home(
     Raises:
         RefusedError: there is no free way; the arm had better stay where it is.
     """
-    home = next(step.trajectory.positions[0] for step in plan.steps if isinstance(step, MoveStep))
     arm = ArmPlanner(robot, plan.side, positions, plan.scene, config)
     gap = sum(positions[name] for name in finger_joints(plan.side))
     free = arm.carrying(plan.grasp, frozenset()) if holding and plan.grasp is not None else arm.free(gap)
-    goal = arm.group.clamp(home)
+    goal = arm.group.clamp(plan.home)
     if not free.is_free(goal):
         free.relax_at(goal)
     here = arm.group.clamp(arm.start)

@@ -50,6 +50,11 @@ class SceneModel:
         return self._solids["held"]
 
 
+def replace_moved(scene: SceneModel, moved: ObjectShape) -> SceneModel:
+    """Return the same scene with another thing to move: one that is in the hand already."""
+    return SceneModel(moved, scene.target, scene.others, scene.table, scene.table_z)
+
+
 def build_scene(task: ManipulationTask) -> SceneModel:
     """Complete every detection of a task.
 
