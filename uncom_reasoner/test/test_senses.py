@@ -88,3 +88,15 @@ def test_a_pointing_word_waits_for_its_gesture_and_no_longer_than_that():
     assert gestures_complete(pointed, rays, 2.66, 0.6, weights)
     assert not gestures_complete(pointed, (), 2.66, 0.6, weights)
     assert gestures_complete(pointed, (), 3.0, 0.6, weights)
+
+
+def test_the_look_at_the_object_is_not_taken_for_here_while_the_hand_is_on_its_way():
+    """The finger comes late: it was on the lemon before "here", and arrives after the word has begun."""
+    here = reference("here", 2.0, 2.4, concrete=False, deictic="here")
+    pointed = command(reference("lemon", 1.0, 1.4), here)
+    weights = load_weights()
+    lemon = pointing((0.6, 0.3, TABLE_Z), (0.8, 0.3, 0.9), np.arange(1.0, 1.9, 0.1))
+    place = pointing((0.6, -0.1, TABLE_Z), (0.8, 0.0, 0.9), np.arange(2.3, 3.1, 0.1))
+    seen = [observe([h for h in lemon + place if h.stamp_s <= t], lambda _: POSE) for t in (2.3, 2.7)]
+    assert not gestures_complete(pointed, seen[0], 2.66, 0.6, weights)
+    assert gestures_complete(pointed, seen[1], 2.75, 0.6, weights)

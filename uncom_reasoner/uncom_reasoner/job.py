@@ -16,6 +16,7 @@ from uncom_reasoner.types import Given, RayObservation
 from uncom_reasoner.weights import Weights
 
 SETTLED_WEIGHT = 2.0  # a gesture with so many frames' weight needs no more of them
+MAIN_SHARE = 0.6
 SETTLED_S = 0.25  # hands known so long after the words are enough where gestures are there already
 BEHIND_S = 0.1  # of the words: how far hands may be behind where no gesture is needed
 
@@ -94,10 +95,15 @@ def gestures_complete(
     if latest_s < end + min(SETTLED_S, late_s):
         return False
     dwells = dwells_of(rays, weights)
-    spans = {name: phrase_span(r) for name, r in parts.items()}
-    for name, span in spans.items():
+    spoken = {"object": command.object, "target": command.target, "reference2": command.reference2}
+    spans = {name: phrase_span(r) for name, r in spoken.items() if r is not None}
+    for name in parts:
+        span = spans[name]
         others = [other for key, other in spans.items() if key != name and other != span]
-        if phrase_ray(name, span, dwells, weights, others).weight < SETTLED_WEIGHT:
+        ray = phrase_ray(name, span, dwells, weights, others)
+        # A look that was over before the word began may be about the words before; a later one may still come.
+        there = [dwell for dwell, share in ray.dwells if share >= MAIN_SHARE and dwell.stamps_s[-1] >= span.start_s]
+        if ray.weight < SETTLED_WEIGHT or not there:
             return False
     return True
 
