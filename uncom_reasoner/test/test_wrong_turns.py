@@ -83,6 +83,17 @@ def test_m18_between_is_between():
     assert 0.5 < x < 0.72
 
 
+def test_the_middle_of_the_table_is_its_middle_whatever_part_of_the_words_is_left():
+    for target, text in (("middle", "put it in the middle"), ("table", "put it in the middle of the table")):
+        cmd = command(
+            reference("lemon", 0, 1), reference(target, 1.9, 2.3), relation=Relation.ON, primitive=Primitive.PUT_ON,
+            text=text,
+        )  # fmt: skip
+        things = [THINGS[0], THINGS[2]]
+        x, y = ground(evidence(cmd, things)).grounded.target.pose[:2, 3]
+        assert np.hypot(x - 0.7, y) < 0.1
+
+
 def test_m21_a_ray_reaches_the_table_and_not_only_the_fingertip():
     tip = (0.85, 0.35, 1.05)
     hands = pointing((0.55, -0.05, TABLE_Z), tip, LATER)

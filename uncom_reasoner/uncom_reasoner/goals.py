@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import shapely
 from shapely.geometry import Polygon
@@ -23,6 +25,7 @@ AREA_HEADS = frozenset(
 
 # other words for the same parts, and relations to the support itself ("to the left of the table" is on its left side)
 WAYS = {"center": "middle", "centre": "middle", "near": "front", "far": "back", "rear": "back"}
+PART_OF_TABLE = re.compile(r"\b(middle|center|centre|corner|edge|side|end|front|back) of (?:the|this|that) \w+$")
 RELATION_AREAS = {
     Relation.BETWEEN: "middle",  # "in the middle of the table"
     Relation.LEFT_OF: "left",
@@ -88,12 +91,18 @@ def anywhere_cost(start: FloatArray, surface: Surface) -> Cost:
     return cost
 
 
-def area_words(reference: Reference, relation: Relation) -> frozenset[str]:
-    """Return the words that name a part of the support, from the reference and from a relation to the support."""
+def area_words(reference: Reference, relation: Relation, text: str = "") -> frozenset[str]:
+    """Return the words that name a part of the support, from the reference and from a relation to the support.
+
+    `text` is the whole command: "in the middle of the table" may have left only the table in the reference.
+    """
     said = {reference.head.lower(), *(m.lower() for m in reference.modifiers), *reference.text.lower().split()}
     words = said & AREA_HEADS | {WAYS[word] for word in said if word in WAYS}
     if is_table(reference) and relation in RELATION_AREAS:
         words |= {RELATION_AREAS[relation]}
+    named = PART_OF_TABLE.search(text.lower())
+    if is_table(reference) and not words and named is not None:
+        words = {WAYS.get(named[1], named[1])}
     return frozenset(words)
 
 

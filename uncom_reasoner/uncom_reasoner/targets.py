@@ -93,7 +93,7 @@ def _on_table(
 ) -> TargetResult:
     """The support itself or a part of it: "on the table", "in the corner", "on the left side of the table"."""
     _need_table(context)
-    words = area_words(reference, command.relation)
+    words = area_words(reference, command.relation, command.text)
     if words or not is_table(reference):
         return _place(moved, area_cost(words, context.surface, point), context, point)
     if point is not None:
