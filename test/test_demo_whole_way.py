@@ -39,7 +39,7 @@ def test_a_spoken_and_pointed_command_is_carried_out(tmp_path):
     assert SIM_STATE.name in recorded
 
 
-@pytest.mark.parametrize("words", ["hello there", ""])
+@pytest.mark.parametrize("words", ["hello there", "", "mmm brrr tss"])
 def test_what_is_no_command_moves_nothing_and_says_why(tmp_path, words):
     status, result = demo("--say", words, "--out", str(tmp_path / "out"), "--no-video", "--no-bag")
     assert status == 1

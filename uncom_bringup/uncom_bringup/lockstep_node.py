@@ -34,6 +34,7 @@ _VOCABULARY = "/uncom/vocabulary"
 # Limits of wall time [s]; they end a wait for a node that is broken, and are far above what a slow machine takes.
 _ANSWER_S = 120.0
 _QUIET_S = 2.0
+_PICTURE_S = 10.0
 _SILENCE_S = 0.05
 _LONGEST_SILENCE_S = 40.0  # [s] of the bag's time after its end
 _DEPTH_LATER_NS = 60_000_000
@@ -76,6 +77,7 @@ class Lockstep:
         self._settle = {name: monitor.create_client(Trigger, f"/{name}/settle") for name in (SPEECH, GESTURE, REASONER)}
         self._last_hands_s = float("-inf")
         self._speech_changed = False
+        self._lost = 0
         self._picture: int | None = None  # when the last picture's answer is due [ns]
         self._takers: dict[str, tuple[str, ...]] = {}
         self.tally = Tally()
@@ -205,6 +207,13 @@ class Lockstep:
             return
         self._picture = None
         hands_s, examined = self._settled(GESTURE)
+        deadline = time.monotonic() + _PICTURE_S
+        # A large message that was lost on the way is sent again by the middleware, and may be overtaken by small ones.
+        while examined + self._lost < self.tally.pictures:
+            if time.monotonic() > deadline:
+                self._lost += 1
+                self._note(f"warning: picture {self.tally.pictures} has not reached {GESTURE}")
+            hands_s, examined = self._settled(GESTURE)
         self.tally.examined = int(examined)
         if not self._wait(lambda: self._hands_s >= hands_s - 1e-6, _ANSWER_S):
             raise GraphError(GESTURE, f"has told of hands that have not come for {_ANSWER_S:.0f} s")

@@ -16,6 +16,7 @@ from typing import Generic, Protocol, TypeVar
 
 from uncom_bringup.keyboard import DOWN, RIGHT, SPACE, UP
 
+AnyT = TypeVar("AnyT")
 ItemT = TypeVar("ItemT", bound="Timed")
 _AHEAD = 40  # messages made ready before their time
 _TICK_S = 0.01
@@ -41,12 +42,12 @@ class Played:
     ended: bool  # False if the user had enough
 
 
-def ahead_of_time(items: Iterable[ItemT]) -> Iterator[ItemT]:
-    """Yield items that another thread has made some way ahead; its errors are raised here."""
-    ready: queue.Queue[tuple[ItemT | None, BaseException | None]] = queue.Queue(_AHEAD)
+def ahead_of_time(items: Iterable[AnyT], most: int = _AHEAD) -> Iterator[AnyT]:
+    """Yield items that another thread has made some way (at most `most`) ahead; its errors are raised here."""
+    ready: queue.Queue[tuple[AnyT | None, BaseException | None]] = queue.Queue(most)
     stopped = threading.Event()
 
-    def put(item: ItemT | None, error: BaseException | None) -> None:
+    def put(item: AnyT | None, error: BaseException | None) -> None:
         while not stopped.is_set():
             try:
                 ready.put((item, error), timeout=0.2)

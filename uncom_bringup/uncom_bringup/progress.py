@@ -57,15 +57,22 @@ def _grounded(data: Mapping[str, Any]) -> str:
         status = STATUS_NAMES[data["status"]] if data["status"] < len(STATUS_NAMES) else str(data["status"])
         return f"chosen|{status}: {data['reason']}"
     thing = data["object"]
-    parts = [f"{thing['label'] or data['object_text']} {_place(thing['centroid'])}, p={data['object_probability']:.2f}"]
+    parts = [f"{thing['label'] or data['object_text']} {_where(thing)}, p={data['object_probability']:.2f}"]
     target = data["target"]
     if target["kind"] == 1:
         where = target["object"]
         name = where["label"] or data["target_text"]
-        parts.append(f"{name} {_place(where['centroid'])}, p={data['target_probability']:.2f}")
+        parts.append(f"{name} {_where(where)}, p={data['target_probability']:.2f}")
     elif target["kind"] == 2:
         parts.append(f"free place {_place(target['pose']['position'])}, p={data['target_probability']:.2f}")
     return "chosen|" + "  ->  ".join(parts)
+
+
+def _where(thing: Mapping[str, Any]) -> str:
+    if thing["has_geometry"]:
+        return _place(thing["centroid"])
+    u, v = (0.5 * (thing[f"{axis}_min"] + thing[f"{axis}_max"]) for axis in "xy")
+    return f"at pixel ({u:.0f}, {v:.0f})"
 
 
 def _place(point: Mapping[str, Any]) -> str:

@@ -36,17 +36,36 @@ def _text(reference: Mapping[str, Any]) -> str | None:
 
 
 def chosen_places(grounded: Mapping[str, Any]) -> dict[str, Any]:
-    """Return where the chosen object, target and free place are [m, base_footprint]; None where there is none."""
+    """Return where the chosen object, target and free place are [m, base_footprint].
+
+    None where there is none, or where it is known in the picture only (see `chosen_boxes`).
+    """
     result: dict[str, Any] = {"object": None, "target": None, "area": None}
     if grounded["status"] != STATUS_GROUNDED:
         return result
-    result["object"] = _point(grounded["object"]["centroid"])
+    if grounded["object"].get("has_geometry", True):
+        result["object"] = _point(grounded["object"]["centroid"])
     target = grounded["target"]
     if target["kind"] == 1:
-        result["target"] = _point(target["object"]["centroid"])
+        if target["object"].get("has_geometry", True):
+            result["target"] = _point(target["object"]["centroid"])
     elif target["kind"] == 2:
         result["area"] = _point(target["pose"]["position"])[:2]
     return result
+
+
+def chosen_boxes(grounded: Mapping[str, Any] | None) -> dict[str, list[float] | None]:
+    """Return the boxes (x_min, y_min, x_max, y_max) [px] of the chosen object and target in the scene's image."""
+    boxes: dict[str, list[float] | None] = {"object": None, "target": None}
+    if grounded is not None and grounded["status"] == STATUS_GROUNDED:
+        boxes["object"] = _box(grounded["object"])
+        if grounded["target"]["kind"] == 1:
+            boxes["target"] = _box(grounded["target"]["object"])
+    return boxes
+
+
+def _box(detection: Mapping[str, Any]) -> list[float]:
+    return [round(float(detection[side]), 1) for side in ("x_min", "y_min", "x_max", "y_max")]
 
 
 def _point(point: Mapping[str, Any]) -> list[float]:

@@ -45,6 +45,7 @@ def leave_result(folder: Path, title: str, seen: Understanding, begin_s: float) 
         "heard": heard,
         "understood": summary.understood(record),
         "chosen": summary.chosen_places(grounded[-1]) if grounded else nowhere,
+        "boxes": summary.chosen_boxes(grounded[-1] if grounded else None),
         "success": bool(grounded) and not reason,
         "reason": reason,
         "answer": seen.answer(),

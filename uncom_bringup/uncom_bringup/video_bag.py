@@ -79,7 +79,7 @@ def _open(video: Path, kind: str) -> Any:
 
 def _start_s(container: Any) -> float:
     """Return when the file begins on its own clock [s]: sound and pictures need not begin together."""
-    return float(container.start_time or 0) / av.time_base
+    return float(container.start_time or 0) / float(av.time_base)
 
 
 def _sound(video: Path) -> tuple[float, npt.NDArray[np.int16]]:
@@ -130,7 +130,7 @@ def _picture_entries(video: Path) -> Iterator[_Entry]:
                 next_s = time_s + 1.0 / _MOST_HZ
                 scale = min(1.0, _LARGEST_PX / max(frame.width, frame.height))
                 size = (2 * round(frame.width * scale / 2), 2 * round(frame.height * scale / 2))
-                rgb = reformatter.reformat(frame, size[0], size[1], "rgb24").to_ndarray()
+                rgb = np.asarray(reformatter.reformat(frame, size[0], size[1], "rgb24").to_ndarray(), np.uint8)
                 yield from _picture(START_S + time_s, _turned(rgb, int(getattr(frame, "rotation", 0) or 0)))
         except av.FFmpegError:
             return

@@ -43,8 +43,9 @@ def _as_bag(path: Path, stack: ExitStack, say: Callable[[str], None]) -> Path:
     from uncom_bringup.video_bag import write_video_bag  # noqa: PLC0415  (only when it runs)
 
     folder = Path(stack.enter_context(TemporaryDirectory(prefix="uncom-video-")))
-    say(progress.head("video", "sound and pictures are taken out; without depth, places are in the picture only"))
-    return write_video_bag(path, folder / "video.mcap")
+    bag = write_video_bag(path, folder / "video.mcap")
+    say(progress.head("video", "without depth, places are known in the picture only"))
+    return bag
 
 
 def run(options: argparse.Namespace) -> int:
