@@ -94,6 +94,13 @@ def test_the_middle_of_the_table_is_its_middle_whatever_part_of_the_words_is_lef
         assert np.hypot(x - 0.7, y) < 0.1
 
 
+def test_the_top_of_a_box_is_the_box():
+    top = reference("top", 1.5, 2.3, anchor=reference("box", 1.9, 2.3), anchor_relation="next_to")
+    cmd = command(reference("lemon", 0, 1), top, relation=Relation.ON, primitive=Primitive.PUT_ON)
+    g = ground(evidence(cmd, THINGS)).grounded
+    assert (g.status, g.target.detection.id, g.relation) == (Status.GROUNDED, "box_1", "on")
+
+
 def test_m21_a_ray_reaches_the_table_and_not_only_the_fingertip():
     tip = (0.85, 0.35, 1.05)
     hands = pointing((0.55, -0.05, TABLE_Z), tip, LATER)

@@ -15,7 +15,7 @@ from uncom_reasoner.decisions import decision_of
 from uncom_reasoner.exceptions import CannotGroundError
 from uncom_reasoner.groups import members
 from uncom_reasoner.memory import Memory
-from uncom_reasoner.phrases import is_one_sided, is_unspecific
+from uncom_reasoner.phrases import is_one_sided, is_unspecific, without_parts
 from uncom_reasoner.readings import decide_side
 from uncom_reasoner.single import gestures_of, ground_once
 from uncom_reasoner.surface import centre_of
@@ -52,7 +52,8 @@ def ground_parts(
         memory: of what was spoken of before.
     """
     used, where, known = weights or load_weights(), placing or PlacingConfig(), memory or Memory()
-    command = evidence.command
+    command = without_parts(evidence.command)
+    evidence = replace(evidence, command=command)
     if command.object is not None and command.object.quantity != 1:
         return _ground_group(evidence, used, where, known)
     return (_ground_thing(evidence, used, where, known),)

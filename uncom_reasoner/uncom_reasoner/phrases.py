@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 
 from uncom_language.types import Command, Reference, Relation
 
@@ -27,6 +28,7 @@ GENERIC_NOUNS = (
 GENERIC_HEADS = frozenset((*GENERIC_NOUNS, "this", "that", "these", "those", "it", "them", "here", "there"))
 TABLE_HEADS = frozenset(["table", "desk", "tabletop", "counter", "countertop", "surface", "worktop"])
 PLACE_HEADS = frozenset(["here", "there", "place", "spot", "area", "space", "position", "location"])
+PARTS = {"top": Relation.ON, "surface": Relation.ON, "inside": Relation.IN}
 SUBSTITUTES = frozenset(("one", "ones"))
 # words that compare things of a kind; the value says which way to sort
 POSITION_WORDS = {
@@ -125,6 +127,15 @@ def is_one_sided(command: Command) -> bool:
         if words & SIDE_WORDS or along in SIDE_WORDS or reference.anchor_relation in {r.value for r in SIDES}:
             return True
     return False
+
+
+def without_parts(command: Command) -> Command:
+    """Return a command in which "the top of the box" is the box: parts of things are no things of their own."""
+    target = command.target
+    if target is None or target.anchor is None or target.head.lower() not in PARTS:
+        return command
+    whole = replace(target.anchor, span=target.span)
+    return replace(command, target=whole, relation=PARTS[target.head.lower()])
 
 
 def antecedent_of(command: Command, remembered: str = "") -> str:
