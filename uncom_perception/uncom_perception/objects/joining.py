@@ -36,7 +36,7 @@ def join_fragments(surfaces: Surfaces, labels: LabelImage, origin: npt.NDArray[n
     width = int(x.max()) + 2
     key = (y - y.min() + 1) * width + x
     colours = _label_colours(surfaces, labels)
-    sizes = np.bincount(ids, minlength=count + 1)[1:]
+    sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
     both = key * (count + 1) + ids
     pairs, place = np.unique(both, return_inverse=True)
     level = np.bincount(place, weights=flat[:, 2]) / np.bincount(place)

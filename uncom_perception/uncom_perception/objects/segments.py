@@ -25,15 +25,30 @@ _LEAST_HEIGHT_M = 0.0022
 
 @dataclass(frozen=True, slots=True)
 class Surfaces:
-    """What the camera sees, about the table: ground points (H, W, 3) as x, y, height [m], and Lab image."""
+    """What the camera sees, about the table: ground points (H, W, 3) as x, y, height [m], and Lab image.
+
+    across (H, W - 1) and down (H - 1, W) tell whether a pixel touches the next one in space; see surfaces_of.
+    """
 
     ground_points: PointImage
     lab: npt.NDArray[np.float32]
-    pixel_m: float  # width of a pixel on the table
+    across: Mask
+    down: Mask
 
     def cut(self, box: tuple[slice, slice]) -> Surfaces:
-        """Return a part of it."""
-        return Surfaces(self.ground_points[box], self.lab[box], self.pixel_m)
+        """Return a part of it; slices have a start and an end within it."""
+        rows, columns = box
+        across = self.across[rows, columns.start : columns.stop - 1]
+        down = self.down[rows.start : rows.stop - 1, columns]
+        return Surfaces(self.ground_points[box], self.lab[box], across, down)
+
+
+def surfaces_of(points: PointImage, lab: npt.NDArray[np.float32], pixel_m: float) -> Surfaces:
+    """Put surfaces together from points (H, W, 3) and a Lab image; a pixel is so wide on the table [m]."""
+    limit = np.float32(max(_GAP_M, 6.0 * pixel_m) ** 2)
+    across = _squared(points[:, 1:] - points[:, :-1]) < limit
+    down = _squared(points[1:] - points[:-1]) < limit
+    return Surfaces(points, lab, across, down)
 
 
 def foreground(view: TableView, table: TopDown) -> tuple[Mask, npt.NDArray[np.float32]]:
@@ -67,15 +82,12 @@ def connected(surfaces: Surfaces, pixels: Mask) -> LabelImage:
     box = mask_bounds(pixels)
     if box is None:
         return labels
-    own, points = pixels[box], surfaces.ground_points[box]
-    limit = np.float32(max(_GAP_M, 6.0 * surfaces.pixel_m) ** 2)
+    part, own = surfaces.cut(box), pixels[box]
     rows, columns = own.shape
     grid = np.zeros((2 * rows, 2 * columns), np.uint8)
     grid[::2, ::2] = own
-    across = _squared(points[:, 1:] - points[:, :-1]) < limit
-    grid[::2, 1:-1:2] = across & own[:, 1:] & own[:, :-1]
-    down = _squared(points[1:] - points[:-1]) < limit
-    grid[1:-1:2, ::2] = down & own[1:] & own[:-1]
+    grid[::2, 1:-1:2] = part.across & own[:, 1:] & own[:, :-1]
+    grid[1:-1:2, ::2] = part.down & own[1:] & own[:-1]
     labels[box] = cv2.connectedComponents(grid, connectivity=4)[1][::2, ::2]
     return labels
 

@@ -35,26 +35,33 @@ def split_touching(surfaces: Surfaces, labels: LabelImage) -> tuple[LabelImage, 
         own = labels[box] == label
         if np.count_nonzero(own) < 3 * _MIN_PATCH:
             continue
-        _relabel(result, box, own, _patches(surfaces.cut(box), own), surfaces, _FOLD)
+        part = surfaces.cut(box)
+        _relabel(result, box, own, _patches(part, own), part, _FOLD)
     for label, box in label_boxes(result).items():
         own = result[box] == label
         if np.count_nonzero(own) < 4 * _MIN_PATCH or _solidity(own) > _SOLID:
             continue
         part = surfaces.cut(box)
-        _relabel(result, box, own, _convex_patches(part, own), surfaces, _SHARP_FOLD)
+        normals = _normals(part.ground_points)
+        _relabel(result, box, own, _convex_patches(part, own, normals), part, _SHARP_FOLD, normals)
     origin = np.zeros(int(result.max()) + 1, np.int32)
     origin[result.ravel()] = labels.ravel()
     return result, origin
 
 
 def _relabel(
-    labels: LabelImage, box: tuple[slice, slice], own: Mask, patches: LabelImage, surfaces: Surfaces, fold: float
+    labels: LabelImage,
+    box: tuple[slice, slice],
+    own: Mask,
+    patches: LabelImage,
+    part: Surfaces,
+    fold: float,
+    normals: npt.NDArray[np.float32] | None = None,
 ) -> None:
     """Give the patches of a surface that meet in a fold new labels."""
     if patches.max() < 2:
         return
-    part = surfaces.cut(box)
-    groups = _grouped(part, _normals(part.ground_points), patches, fold)
+    groups = _grouped(part, _normals(part.ground_points) if normals is None else normals, patches, fold)
     if int(np.ptp(groups[own])) > 0:
         labels[box][own] = int(labels.max()) + 1 + groups[own]
 
@@ -66,9 +73,9 @@ def _solidity(own: Mask) -> float:
     return float(np.count_nonzero(own)) / max(float(cv2.contourArea(hull)), 1.0)
 
 
-def _convex_patches(part: Surfaces, own: Mask) -> LabelImage:
+def _convex_patches(part: Surfaces, own: Mask, normals: npt.NDArray[np.float32]) -> LabelImage:
     """Label the parts of one surface that no sharp fold runs through."""
-    points, normals = part.ground_points, _normals(part.ground_points)
+    points = part.ground_points
     folded = np.zeros(own.shape, bool)
     for ahead, behind, middle in (
         (np.s_[:, 8:], np.s_[:, :-8], np.s_[:, 4:-4]),
@@ -86,12 +93,10 @@ def _convex_patches(part: Surfaces, own: Mask) -> LabelImage:
 def _patches(part: Surfaces, own: Mask) -> LabelImage:
     """Label the patches of even colour of one surface; small ones take the label of what lies next to them."""
     lab = part.lab * np.array([0.5, 1.0, 1.0], np.float32)
-    step = np.zeros(own.shape, np.float32)
-    for axis in (0, 1):
-        ahead = np.linalg.norm(np.diff(lab, n=1, axis=axis), axis=2)
-        pad = [(0, 1), (0, 0)] if axis == 0 else [(0, 0), (0, 1)]
-        step = np.maximum(step, np.pad(ahead, pad))
-    even = own & (step < _COLOUR_STEP)
+    even = own.copy()
+    for ahead, here in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
+        difference = lab[ahead] - lab[here]
+        even[here] &= np.einsum("ijk,ijk->ij", difference, difference) < _COLOUR_STEP**2
     return _large(connected(part, even), own)
 
 
@@ -114,9 +119,12 @@ def _normals(points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     down = np.zeros_like(smooth)
     along[:, 3:-3] = smooth[:, 6:] - smooth[:, :-6]
     down[3:-3] = smooth[6:] - smooth[:-6]
-    normal = np.cross(down, along)
-    length = np.maximum(np.linalg.norm(normal, axis=2, keepdims=True), 1e-12)
-    return np.asarray(normal / length, dtype=np.float32)
+    normal = np.empty_like(smooth)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        normal[..., i] = down[..., j] * along[..., k] - down[..., k] * along[..., j]
+    length = np.sqrt(np.einsum("ijk,ijk->ij", normal, normal))
+    normal /= np.maximum(length, np.float32(1e-12))[..., None]
+    return np.asarray(normal, dtype=np.float32)
 
 
 def _grouped(part: Surfaces, normals: npt.NDArray[np.float32], patches: LabelImage, least_fold: float) -> LabelImage:

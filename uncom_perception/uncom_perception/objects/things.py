@@ -12,7 +12,7 @@ from uncom_perception.objects.detector import RgbImage
 from uncom_perception.objects.filling import fill_by_colour
 from uncom_perception.objects.joining import join_fragments, join_hollow
 from uncom_perception.objects.lab import lab_image
-from uncom_perception.objects.segments import LabelImage, Surfaces, connected, foreground, label_boxes, mask_bounds
+from uncom_perception.objects.segments import LabelImage, connected, foreground, label_boxes, mask_bounds, surfaces_of
 from uncom_perception.objects.splitting import split_touching
 from uncom_perception.objects.standing import Reach, is_thing
 from uncom_perception.objects.table import TopDown
@@ -31,8 +31,11 @@ def find_things(image_rgb: RgbImage, view: TableView, hands: HandsFrame | None) 
     if bounds is None:
         return []
     whole = pixels.shape
-    rows, columns = part = tuple(slice(max(0, s.start - _PAD), s.stop + _PAD) for s in bounds)
-    surfaces = Surfaces(view.points[part], lab_image(np.ascontiguousarray(image_rgb[part])), view.pixel_m)
+    rows, columns = part = tuple(
+        slice(max(0, s.start - _PAD), min(s.stop + _PAD, n)) for s, n in zip(bounds, whole, strict=True)
+    )
+    lab = lab_image(np.ascontiguousarray(image_rgb[part]))
+    surfaces = surfaces_of(view.points[part], lab, view.pixel_m)
     pixels, apart = pixels[part], apart[part]
     pixels = pixels & ~hand_pixels(surfaces, pixels, hands, (columns.start, rows.start))
     labels = connected(surfaces, pixels)
