@@ -36,7 +36,7 @@ from uncom_tiago_exec.straight import shortest_time
 from uncom_tiago_exec.types import SIDES, FloatArray, ManipulationTask, Side, Stage
 
 _LOG = logging.getLogger(__name__)
-_ENOUGH = 3  # grasps that work, to choose the quickest of
+_ENOUGH = 4  # grasps that work, to choose the quickest of
 _LIFTS = (0.12, 0.08, 0.05)
 _LOWERS = (0.1, 0.07, 0.04)
 PLACING = ("place", "put_in", "put_on", "stack")
@@ -55,14 +55,19 @@ class _Reach:
     retreat: FloatArray | None = None
     release_gap: float = 0.0
 
+    @property
+    def carrying_pace(self) -> float:
+        """Share of the full pace at which the thing is carried: doubtful grasps are not shaken."""
+        return float(np.clip(0.35 + 0.7 * self.grasp.quality, 0.5, 0.9))
+
     def cost(self) -> float:
-        """Rough time of the free motions, dearer for doubtful grasps [s]."""
+        """Rough time of the free motions, dearer for doubtful grasps: what is lost costs more than a way [s]."""
         speed = self.arm.limits.velocity
         hops = [(self.arm.start, self.approach[0])]
         if self.lower is not None and self.retreat is not None:
             hops += [(self.lift[-1], self.lower[0]), (self.retreat[-1], self.arm.start)]
         motion = sum(float((np.abs(b - a) / speed).max()) for a, b in hops)
-        return float((motion + 3.0) / max(self.grasp.quality, 0.05) ** 0.7)
+        return float((motion + 3.0) / max(self.grasp.quality, 0.05) ** 1.5)
 
 
 class PickPlacePlanner:
@@ -225,7 +230,7 @@ class PickPlacePlanner:
             _move(arm, Stage.APPROACHING, (go, free, 1.0), "to the object"),
             _move(arm, Stage.APPROACHING, (reach.approach, reaching, 0.8), "straight in"),
             GripStep(Stage.GRASPING, max(0.0, grasp.width - 0.02), holding=True, detail="closing the fingers"),
-            _move(arm, Stage.LIFTING, (reach.lift, lifting, 0.8), "straight up"),
+            _move(arm, Stage.LIFTING, (reach.lift, lifting, min(reach.carrying_pace, 0.8)), "straight up"),
         ]
         return (*steps, *_placing_steps(reach, arm.start, arm.start_gap))
 
@@ -265,8 +270,8 @@ def _placing_steps(reach: _Reach, home: FloatArray, gap: float) -> tuple[Step, .
     back = arm.transit(away, reach.retreat[-1], [goal])
     lowering = arm.carrying(grasp, reach.place.touches)
     return (
-        _move(arm, Stage.TRANSFERRING, (over, carrying, 0.9), "to the place"),
-        _move(arm, Stage.PLACING, (reach.lower, lowering, 0.8), "straight down"),
+        _move(arm, Stage.TRANSFERRING, (over, carrying, reach.carrying_pace), "to the place"),
+        _move(arm, Stage.PLACING, (reach.lower, lowering, min(reach.carrying_pace, 0.8)), "straight down"),
         GripStep(Stage.PLACING, reach.release_gap, detail="letting go"),
         _move(arm, Stage.RETREATING, (reach.retreat, leaving, 0.9), "straight out"),
         _move(arm, Stage.HOMING, (_end_at(back, home), away, 1.0), "back to the start"),
