@@ -15,11 +15,12 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from simulated_speech import say
 from uncom_common.conversions import header_to_msg, seconds_from_msg
+from uncom_language.conversions import vocabulary_to_msg
 from uncom_language.exceptions import UnknownBackendError
 from uncom_language.language_node import LanguageNode
 from uncom_language.speech_node import SpeechNode
 
-from uncom_interfaces.msg import Command, SpeechStatus, Transcript
+from uncom_interfaces.msg import Command, SpeechStatus, Transcript, Vocabulary
 
 DOMAIN = 50
 START_S = 1000.0
@@ -159,6 +160,26 @@ def test_silence_and_noise_give_neither_transcript_nor_command(graph):
         _, commands = graph.hear(np.concatenate([np.asarray(sound), silence(2.0)]).astype(np.int16))
         assert commands == []
     assert len(graph.transcripts) == before
+
+
+def test_words_that_are_offered_on_a_topic_are_heard(graph):
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    offered = graph.probe.create_publisher(Vocabulary, "/uncom/vocabulary", latched)
+    graph.wait(lambda: offered.get_subscription_count() == 2)
+    offered.publish(vocabulary_to_msg({"widgeon": "W IH JH AH N"}, 0.0))
+    graph.hear(silence(3.0))
+    _, (command,) = graph.hear(say("put the widgeon in the bowl", snr_db=25, tail_s=2.0).samples)
+    assert (command.object.text, command.target.text) == ("widgeon", "bowl")
+
+
+def test_an_answer_without_a_verb_is_a_fragment_and_a_correction_holds_what_changes(graph):
+    _, (fragment,) = graph.hear(say("the red one", snr_db=25, tail_s=2.0).samples)
+    assert (fragment.act, fragment.object.text, list(fragment.object.modifiers)) == (
+        Command.ACT_FRAGMENT, "red one", ["red"],
+    )  # fmt: skip
+    _, (correction,) = graph.hear(say("a bit to the left", snr_db=25, tail_s=2.0).samples)
+    assert (correction.act, correction.relation) == (Command.ACT_CORRECTION, "left_of")
+    assert correction.distance_m == pytest.approx(0.05)
 
 
 def test_status_tells_up_to_when_sound_was_examined(graph):

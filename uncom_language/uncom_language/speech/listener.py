@@ -165,12 +165,13 @@ class Listener:
         with self._changed:
             for word in words:
                 self._new_words.pop(word, None)
-        for word, phones in words.items():
-            try:
-                if recognizer.add_words({word: phones}):
-                    _LOG.info("a new word: %s", word)
-            except LanguageError as error:
-                _LOG.warning("%s", error)
+        try:
+            added = recognizer.add_words(words)
+        except LanguageError as error:
+            _LOG.warning("%s", error)
+            added = recognizer.add_words(dict.fromkeys(words, ""))
+        if added:
+            _LOG.info("new words: %s", ", ".join(added))
 
     def _examine(self, recognizer: Recognizer, chunk: _Chunk) -> None:
         if self._stream is None or chunk.rate != self._rate:

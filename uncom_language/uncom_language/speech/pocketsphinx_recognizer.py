@@ -61,6 +61,12 @@ def _dictionary() -> dict[str, tuple[str, ...]]:
 
 
 @cache
+def _phones() -> frozenset[str]:
+    """Return the phones that pronunciations are made of."""
+    return frozenset(phone for variants in _dictionary().values() for phones in variants for phone in phones.split())
+
+
+@cache
 def common_words(count: int) -> dict[str, float]:
     """Return the most frequent English words of the wheel's general language model, with their probabilities."""
     logmath = pocketsphinx.LogMath(1.0001)
@@ -173,24 +179,37 @@ class PocketSphinxRecognizer(Recognizer):
         return PocketSphinxHearing(self._decoders, self._weights.alternatives)
 
     def add_words(self, words: Mapping[str, str]) -> tuple[str, ...]:
-        """Learn words at once; those that the dictionary knows keep its pronunciations."""
-        added: list[str] = []
+        """Learn words at once; those that the dictionary knows keep its pronunciations.
+
+        Raises:
+            RecognizerError: a pronunciation is not made of ARPAbet phones; nothing is learnt then.
+        """
         known = _dictionary()
+        new: dict[str, Sequence[str]] = {}
         with self._lock:
             for text, phones in words.items():
-                for word in text.lower().split():
+                parts = text.lower().split()
+                for word in parts:
                     if not word.replace("'", "").isalpha() or self._decoders[0].lookup_word(word) is not None:
                         continue
-                    said = phones.upper() if phones and len(text.split()) == 1 else ""
-                    self._learn(word, (said,) if said else known.get(word) or (pronounce(word),))
-                    added.append(word)
-        return tuple(added)
+                    said = phones.upper() if phones and len(parts) == 1 else ""
+                    if set(said.split()) - _phones():
+                        raise RecognizerError(f"{phones!r} is no pronunciation (ARPAbet) of {word!r}")
+                    new[word] = (said,) if said else known.get(word) or (pronounce(word),)
+            if new:
+                self._learn(new)
+        return tuple(new)
 
-    def _learn(self, word: str, variants: Sequence[str]) -> None:
+    def _learn(self, words: Mapping[str, Sequence[str]]) -> None:
+        entries = [
+            (f"{word}({number + 1})" if number else word, phones)
+            for word, variants in words.items()
+            for number, phones in enumerate(variants)
+        ]
         for decoder in self._decoders:
-            for number, phones in enumerate(variants):
-                try:
-                    decoder.add_word(f"{word}({number + 1})" if number else word, phones, number == len(variants) - 1)
-                except RuntimeError as error:
-                    raise RecognizerError(f"{phones!r} is no pronunciation (ARPAbet) of {word!r}") from error
-            decoder.get_lm(decoder.current_search()).add_word(word, _NEW_WORD_SHARE)
+            for name, phones in entries[:-1]:
+                decoder.add_word(name, phones, False)
+            decoder.add_word(*entries[-1], True)  # only now the search is built anew, which takes its time
+            model = decoder.get_lm(decoder.current_search())
+            for word in words:
+                model.add_word(word, _NEW_WORD_SHARE)
