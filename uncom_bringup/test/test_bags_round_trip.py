@@ -75,6 +75,12 @@ def test_an_existing_bag_is_overwritten_only_by_force(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["a.mcap"]
 
 
+def test_of_a_bag_that_fails_before_its_first_message_nothing_is_left(tmp_path):
+    with pytest.raises(UnknownTypeError), BagWriter(tmp_path / "a.mcap") as bag:
+        bag.add_topic("/thing", "no_such_msgs/msg/Thing")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_an_mcap_bag_needs_its_suffix(tmp_path):
     with pytest.raises(BadInputError, match=r"\.mcap"):
         BagWriter(tmp_path / "bag")

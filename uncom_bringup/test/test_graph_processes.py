@@ -57,6 +57,7 @@ def test_a_node_that_refuses_its_parameters_is_reported_with_its_words(tmp_path)
         error = dead(graph)
         assert error.node == "language_node"
         assert "klingon" in str(error)
+        assert error.exit_status == 2
         assert "\n" not in str(error)
 
 

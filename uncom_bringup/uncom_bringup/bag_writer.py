@@ -109,5 +109,14 @@ class BagWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Finish."""
-        self.close()
+        """Finish; of a bag that failed before its first message nothing is left."""
+        if error is not None and self.count == 0:
+            self._discard()
+        else:
+            self.close()
+
+    def _discard(self) -> None:
+        if not self._closed:
+            self._closed = True
+            self._writer.close()
+            shutil.rmtree(self._partial, ignore_errors=True)

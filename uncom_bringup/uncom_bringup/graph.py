@@ -154,7 +154,10 @@ class GraphProcesses:
             status = running.process.poll()
             if status is not None:
                 how = f"was ended by signal {-status}" if status < 0 else f"ended with status {status}"
-                raise GraphError(running.spec.name, f"{how} (log: {running.log})", last_lines(running.log))
+                error = GraphError(running.spec.name, f"{how} (log: {running.log})", last_lines(running.log))
+                # A node that refuses its parameters says so by status 2: then what the user gave is at fault.
+                error.exit_status = 2 if status == 2 else GraphError.exit_status
+                raise error
 
     def cpu_times_s(self) -> dict[str, float]:
         """Return the processor time of each node so far [s]; empty where /proc does not tell."""
