@@ -25,15 +25,15 @@ RELATIONS = (
 )  # fmt: skip
 _BESIDE = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
 _SMALL = ("banana", "apple", "lemon", "orange", "pear", "spoon")
-_INTO = {
+_INTO: dict[str, tuple[str, ...]] = {
     "bowl": _SMALL,
     "frying pan": _SMALL,
 }
-_ONTO = {
+_ONTO: dict[str, tuple[str, ...]] = {
     "box": ("apple", "pear", "mug", "cup", "can", "bottle", "box"),
     "plate": (*_SMALL, "mug", "cup", "can", "bottle"),
 }
-_STACKED = {"plate": ("bowl", "mug", "cup"), "box": ("box", "can", "cup", "mug", "bottle")}
+_STACKED: dict[str, tuple[str, ...]] = {"plate": ("bowl", "mug", "cup"), "box": ("box", "can", "cup", "mug", "bottle")}
 _X = (0.50, 0.70)
 _Y = 0.36
 _GAP_M = 0.05
