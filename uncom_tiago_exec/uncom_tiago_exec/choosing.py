@@ -43,7 +43,7 @@ def in_order(
             azimuth = np.arctan2(*(at - shoulder)[::-1])
             facing = 0.6 + 0.4 * float(np.cos(yaw - azimuth))
             steep = max(0.0, float(np.linalg.norm(at - shoulder)) - 0.7) * max(0.0, -float(grasp.approach[2]) - 0.7)
-            scored.append((grasp.quality * facing * np.exp(-crossing / 0.15) * np.exp(-8.0 * steep), arm, grasp))
+            scored.append((grasp.quality**1.5 * facing * np.exp(-crossing / 0.15) * np.exp(-8.0 * steep), arm, grasp))
     scored.sort(key=lambda item: -item[0])
     return [(arm, grasp) for _, arm, grasp in scored]
 
