@@ -18,7 +18,7 @@ from uncom_common.exceptions import UncomError
 from uncom_language.parser.patience import patience_s
 from uncom_language.speech.listener import Listener, ListenerOptions
 from uncom_language.types import Act, Command, Transcript
-from uncom_perception.hands.backends import make_gesture_reader
+from uncom_perception.hands.backends import load_hand_detectors, make_gesture_reader
 from uncom_perception.objects.tracking import ObjectTracker
 from uncom_perception.types import HandsFrame, Scene
 from uncom_reasoner.conversation import Conversation
@@ -85,6 +85,7 @@ class Chain:
         self.config = config or ChainConfig()
         self._recognizer = recognizer_of(self.config.speech)
         self._understanding = understanding_of(self.config.language)
+        self._hand_detectors = load_hand_detectors(self.config.gesture)
         self._detector = detector_of(self.config.detection)
         self._weights: Weights = load_weights(self.config.reasoner.weights_file)
         self._placing = self.config.reasoner.placing()
@@ -128,7 +129,7 @@ class Chain:
 
     def watch(self, recording: Recording, until_s: float = float("inf")) -> tuple[HandsFrame, ...]:
         """Return the hands of every image up to the first one at or after a time [s]."""
-        reader = make_gesture_reader(self.config.gesture)
+        reader = make_gesture_reader(self.config.gesture, self._hand_detectors)
         seen: list[HandsFrame] = []
         for frame in recording.frames():
             depth = frame.depth if self.config.gesture.use_depth else None
