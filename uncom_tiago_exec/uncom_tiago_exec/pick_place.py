@@ -228,9 +228,9 @@ class PickPlacePlanner:
         steps: list[Step] = [
             GripStep(Stage.APPROACHING, grasp.opening, detail="opening the fingers"),
             _move(arm, Stage.APPROACHING, (go, free, 1.0), "to the object"),
-            _move(arm, Stage.APPROACHING, (reach.approach, reaching, 0.8), "straight in"),
+            _move(arm, Stage.APPROACHING, (reach.approach, reaching, 0.6), "straight in"),
             GripStep(Stage.GRASPING, max(0.0, grasp.width - 0.02), holding=True, detail="closing the fingers"),
-            _move(arm, Stage.LIFTING, (reach.lift, lifting, min(reach.carrying_pace, 0.8)), "straight up"),
+            _move(arm, Stage.LIFTING, (reach.lift, lifting, min(reach.carrying_pace, 0.6)), "straight up"),
         ]
         return (*steps, *_placing_steps(reach, arm.start, arm.start_gap))
 
@@ -270,10 +270,10 @@ def _placing_steps(reach: _Reach, home: FloatArray, gap: float) -> tuple[Step, .
     back = arm.transit(away, reach.retreat[-1], [goal])
     lowering = arm.carrying(grasp, reach.place.touches)
     return (
-        _move(arm, Stage.TRANSFERRING, (over, carrying, reach.carrying_pace), "to the place"),
-        _move(arm, Stage.PLACING, (reach.lower, lowering, min(reach.carrying_pace, 0.8)), "straight down"),
+        _move(arm, Stage.TRANSFERRING, (over, carrying, min(reach.carrying_pace, 0.8)), "to the place"),
+        _move(arm, Stage.PLACING, (reach.lower, lowering, min(reach.carrying_pace, 0.6)), "straight down"),
         GripStep(Stage.PLACING, reach.release_gap, detail="letting go"),
-        _move(arm, Stage.RETREATING, (reach.retreat, leaving, 0.9), "straight out"),
+        _move(arm, Stage.RETREATING, (reach.retreat, leaving, 0.6), "straight out"),
         _move(arm, Stage.HOMING, (_end_at(back, home), away, 1.0), "back to the start"),
         GripStep(Stage.HOMING, gap, detail="fingers as before"),
     )
