@@ -41,6 +41,8 @@ _TICK_S = 0.02  # [s] how often a waiting thread looks at stop requests and sile
 _FINGER_SPEED = 0.04  # [m/s] of one finger
 _EXTRA_S = 5.0  # [s] a controller may take longer than its trajectory before it counts as stuck
 _ACCEPT_S = 1.0  # [s] until a controller has taken a goal and tells how far it is
+_STEP = 1e-5  # [rad or m] between two joint states that is a motion
+_LATE_S = 3.0  # [s] a controller may say nothing while others are heard
 _LOOK_S = 20.0  # [s] for a picture and its detections
 
 
@@ -60,6 +62,7 @@ class RosRobot(RobotInterface):
         self._goals: dict[str, Any] = {}
         self._images: dict[str, Any] = {}
         self._heard: dict[str, float] = {}  # when each controller last told how far it is
+        self._moved: dict[str, float] = {}  # when each joint last moved
         self._tree = TransformBuffer()
         self._clients = {
             name: PatientActionClient(
@@ -95,9 +98,13 @@ class RosRobot(RobotInterface):
         return keep
 
     def _on_joints(self, msg: JointState) -> None:
+        now = self._now()
         with self._lock:
-            self._joints.update(zip(msg.name, msg.position, strict=False))
-            self._joints_stamp = self._now()
+            for name, position in zip(msg.name, msg.position, strict=False):
+                if abs(position - self._joints.get(name, np.inf)) > _STEP:
+                    self._moved[name] = now
+                self._joints[name] = position
+            self._joints_stamp = now
 
     def _on_tf(self, msg: TFMessage) -> None:
         for transform in msg.transforms:
@@ -174,10 +181,11 @@ class RosRobot(RobotInterface):
             self._heard[name] = self._now() + _ACCEPT_S
             future = self._clients[name].send_goal_async(goal, feedback_callback=partial(self._on_feedback, name))
             future.add_done_callback(lambda f, n=name: self._accepted(n, f, results, done, len(goals)))
-        deadline = self._now() + duration + _EXTRA_S
+        ends_s = self._now() + duration
+        deadline = ends_s + _EXTRA_S
         while not done.wait(_TICK_S):
             failed = [r for r in results.values() if r.error_code != FollowJointTrajectory.Result.SUCCESSFUL]
-            silent = [name for name in goals if name not in results and self._is_silent(name)]
+            silent = [name for name in goals if name not in results and self._is_silent(name, ends_s)]
             if self._stop.is_set() or self._now() > deadline or failed or silent or not self._alive():
                 self._cancel(goals)
                 break
@@ -224,9 +232,21 @@ class RosRobot(RobotInterface):
     def _on_feedback(self, name: str, _: Any) -> None:
         self._heard[name] = self._now()
 
-    def _is_silent(self, name: str) -> bool:
-        """Tell whether a controller that follows a goal has said nothing for too long."""
-        return self._now() - self._heard[name] > max(self._config.state_timeout_s, _TICK_S)
+    def _is_silent(self, name: str, ends_s: float) -> bool:
+        """Tell whether a controller that follows a goal has said nothing for too long.
+
+        Where its joints move it is alive, whatever became of its messages: a busy machine hands them over late. When
+        the motion is over by the plan there is nothing left to stop, and its result may take longer.
+        """
+        now, timeout_s = self._now(), max(self._config.state_timeout_s, _TICK_S)
+        if now - self._heard[name] <= timeout_s or now > ends_s:
+            return False
+        with self._lock:
+            moved = max(self._moved.get(joint, -np.inf) for joint in CONTROLLERS[name])
+            others = max(self._heard.values(), default=-np.inf)
+        # Another controller that is heard shows that messages come through, only not in turn.
+        patience_s = _LATE_S if now - others <= timeout_s else timeout_s
+        return now - moved > timeout_s and now - self._heard[name] > patience_s
 
     def _alive(self) -> bool:
         return self._now() - self._joints_stamp < self._config.state_timeout_s
