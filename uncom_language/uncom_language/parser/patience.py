@@ -7,7 +7,7 @@ from uncom_language.parser.commands import grammar_parser, parse_text
 from uncom_language.types import Act, Command, Primitive, Reference, Relation
 
 # "Take the lemon" is whole and yet mostly goes on with "and put it ..."; a pointing word alone may still get its noun.
-_MIDDLE = 0.4
+_MIDDLE = 1.0
 _AT_ONCE = frozenset({Act.STOP, Act.CANCEL, Act.YES})
 
 
