@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`uncom test`: all checks that CI runs."""
+"""`uncom test`: all checks that CI runs; `--all` adds the slow ones."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ class Check:
 def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     """Add the command."""
     parser = subparsers.add_parser("test", help="all checks that CI runs: ruff, mypy, the tests of every package")
-    parser.add_argument("--fast", action="store_true", help="leave out tests marked slow")
+    parser.add_argument("--all", action="store_true", help="also the tests marked slow (some 15 minutes more)")
     parser.add_argument("packages", nargs="*", metavar="PACKAGE", help="only these folders (default: all)")
     parser.set_defaults(run=run)
 
 
-def checks(root: Path, folders: tuple[str, ...], fast: bool) -> list[Check]:
+def checks(root: Path, folders: tuple[str, ...], everything: bool) -> list[Check]:
     """List the checks, cheapest first."""
     python = sys.executable
     packages = tuple(folder for folder in folders if folder != "test")
@@ -54,7 +54,7 @@ def checks(root: Path, folders: tuple[str, ...], fast: bool) -> list[Check]:
     sources = [f"{folder}/{'uncom_sim' if folder == 'sim' else folder}" for folder in packages]
     if sources:
         found.append(Check("types (mypy --strict)", (python, "-m", "mypy", *sources)))
-    marker = ("-m", "not slow") if fast else ()
+    marker = () if everything else ("-m", "not slow")
     for folder in folders:
         tests = folder if folder == "test" else f"{folder}/test"
         if (root / tests).is_dir():
@@ -73,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
     for package in options.packages:
         if package not in known:
             raise BadInputError(f"no folder {package!r} to test; there are {', '.join(known)}")
-    todo = checks(root, tuple(options.packages) or known, options.fast)
+    todo = checks(root, tuple(options.packages) or known, options.all)
     failed = []
     begin = time.monotonic()
     for number, check in enumerate(todo, start=1):
