@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import rclpy
 from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.exceptions import NotInitializedException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
@@ -68,6 +69,10 @@ def run_node(make_node: Callable[[], Node], args: list[str] | None = None) -> in
     except UncomError as error:
         sys.stderr.write(f"error: {error}\n")
         return 2
+    except (RuntimeError, NotInitializedException):
+        # Told to stop while it was still starting: what it was just making finds ROS gone.
+        if rclpy.ok():
+            raise
     finally:
         executor.shutdown(timeout_sec=2.0)
         if node is not None:
