@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 
 from uncom_bringup import output
-from uncom_bringup.commands.common import SubParsers, add_json, natural_number
+from uncom_bringup.commands.common import SubParsers, add_json, natural_number, simulator_needed
 from uncom_bringup.exceptions import BadInputError
 
 
@@ -29,10 +29,8 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the benchmark; 0 if nothing failed, 1 if something did."""
-    try:
+    with simulator_needed():
         from uncom_sim import bench_execution  # noqa: PLC0415  (only when it runs)
-    except ImportError as error:
-        raise BadInputError(f"the simulator is not installed here ({error}); `uncom doctor` says what is") from error
     if options.runs < 1 or options.jobs < 1:
         raise BadInputError("--runs and --jobs must be at least 1")
     shots = Path(options.shots) if options.shots else None

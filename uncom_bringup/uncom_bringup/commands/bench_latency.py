@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from uncom_bringup import output
-from uncom_bringup.commands.common import SubParsers, add_json, natural_number, output_folder
-from uncom_bringup.exceptions import BadInputError
+from uncom_bringup.commands.common import SubParsers, add_json, natural_number, output_folder, simulator_needed
 
 
 def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
@@ -61,10 +60,8 @@ def report_text(report: Mapping[str, Any]) -> str:
 
 def _made(folder: Path, seed: int, count: int) -> list[Path]:
     """Make takes of the benchmark's scenarios as bags."""
-    try:
+    with simulator_needed("name bags to play"):
         from uncom_sim.benchmark.bags import write_bag  # noqa: PLC0415
         from uncom_sim.benchmark.casting import plan_takes  # noqa: PLC0415
         from uncom_sim.benchmark.studio import make_take  # noqa: PLC0415
-    except ImportError as error:
-        raise BadInputError(f"the simulator is not installed here ({error}); name bags to play") from error
     return [write_bag(make_take(plan), folder / f"{plan.name}.mcap") for plan in plan_takes(seed, (), count)]

@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 
 from uncom_bringup import output
-from uncom_bringup.commands.common import SubParsers, add_json, natural_number
+from uncom_bringup.commands.common import SubParsers, add_json, natural_number, simulator_needed
 from uncom_bringup.exceptions import BadInputError
 
 
@@ -30,10 +30,8 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the benchmark."""
-    try:
+    with simulator_needed():
         from uncom_sim import bench_planning  # noqa: PLC0415  (only when it runs)
-    except ImportError as error:
-        raise BadInputError(f"the simulator is not installed here ({error}); `uncom doctor` says what is") from error
     if options.poses < 1 or options.plans < 1:
         raise BadInputError("--poses and --plans must be at least 1")
     result = bench_planning.run_benchmark(options.seed, options.poses, options.plans, output.note)

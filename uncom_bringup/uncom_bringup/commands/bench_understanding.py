@@ -8,8 +8,7 @@ import os
 from pathlib import Path
 
 from uncom_bringup import output
-from uncom_bringup.commands.common import SubParsers, add_json, natural_number, output_folder
-from uncom_bringup.exceptions import BadInputError
+from uncom_bringup.commands.common import SubParsers, add_json, natural_number, output_folder, simulator_needed
 
 
 def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
@@ -39,11 +38,9 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the benchmark."""
-    try:
+    with simulator_needed():
         from uncom_sim.benchmark import run as benchmark  # noqa: PLC0415  (only when it runs)
         from uncom_sim.benchmark.run_stress import run_stress_curves  # noqa: PLC0415
-    except ImportError as error:
-        raise BadInputError(f"the simulator is not installed here ({error}); `uncom doctor` says what is") from error
     folder = output_folder(options.out, f"bench-understanding-{options.seed}", options.force)
     measure = run_stress_curves if options.stress else benchmark.run_benchmark
     result = measure(

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +22,19 @@ SubParsers = argparse._SubParsersAction  # noqa: SLF001
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Add `--json`."""
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output, nothing else there")
+
+
+@contextmanager
+def simulator_needed(otherwise: str = "`uncom doctor` says what is") -> Iterator[None]:
+    """Import parts of the simulator in this context; `otherwise` is said to whoever has it not.
+
+    Raises:
+        BadInputError: it is not installed.
+    """
+    try:
+        yield
+    except ImportError as error:
+        raise BadInputError(f"the simulator is not installed here ({error}); {otherwise}") from error
 
 
 def existing_file(text: str) -> Path:

@@ -7,7 +7,14 @@ import argparse
 from pathlib import Path
 
 from uncom_bringup import output, progress
-from uncom_bringup.commands.common import SubParsers, add_json, natural_number, output_folder, positive_float
+from uncom_bringup.commands.common import (
+    SubParsers,
+    add_json,
+    natural_number,
+    output_folder,
+    positive_float,
+    simulator_needed,
+)
 from uncom_bringup.exceptions import BadInputError
 
 
@@ -38,10 +45,8 @@ def run(options: argparse.Namespace) -> int:
         raise BadInputError("give --scenario or --scene, not both")
     if options.say is not None and len(options.say) > 2000:
         raise BadInputError("--say is too long; at most 2000 characters are spoken")
-    try:
+    with simulator_needed():
         from uncom_sim import demo, demo_options  # noqa: PLC0415  (only when it runs)
-    except ImportError as error:
-        raise BadInputError(f"the simulator is not installed here ({error}); `uncom doctor` says what is") from error
 
     scene = Path(options.scene) if options.scene else None
     scenario = options.scenario or demo_options.DEFAULT_SCENARIO
