@@ -18,6 +18,7 @@ from time import process_time
 
 import numpy as np
 import yaml
+from rapidfuzz.distance import Levenshtein
 from uncom_language.parser import parse_transcript
 from uncom_language.parser.patience import patience_s
 from uncom_language.speech.factory import make_recognizer
@@ -44,16 +45,6 @@ LEFT_OUT = ("gizmo", "flange", "doll", "stapler", ".")
 RATE = 16000
 CHUNK_S = 0.05
 QUICK_S, FULL_S = 0.18, 0.6
-
-
-def errors(expected: list[str], heard: list[str]) -> int:
-    """Return the word edit distance."""
-    row = list(range(len(heard) + 1))
-    for i, word in enumerate(expected, 1):
-        previous, row[0] = row[0], i
-        for j, other in enumerate(heard, 1):
-            previous, row[j] = row[j], min(row[j] + 1, row[j - 1] + 1, previous + (word != other))
-    return row[-1]
 
 
 def sentences(count: int, seed: int) -> list[str]:
@@ -121,7 +112,7 @@ def main() -> None:
             start_s = ear.clock_s
             found, known_s = ear.hear(spoken.samples)
             text = " ".join(one.text for one in found)
-            wrong += errors(sentence.split(), text.split())
+            wrong += Levenshtein.distance(sentence.split(), text.split())
             words += len(sentence.split())
             sound_s += len(spoken.samples) / RATE
             split += len(found) > 1
