@@ -30,7 +30,6 @@ from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.scoring import PhysicalResult, judge
 from uncom_sim.simulator import Simulator
 
-RUNS = 60
 MOVED_M = 0.02
 _SETTLE_STEPS = 240
 _SEEN_M = 0.06

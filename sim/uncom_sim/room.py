@@ -28,10 +28,8 @@ _FLOORS: tuple[Rgb, ...] = ((0.45, 0.45, 0.46), (0.52, 0.50, 0.47), (0.40, 0.42,
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """PyBullet ids of the bodies, the lamp, and the textures (H, W, 3) of the bodies that have one."""
+    """PyBullet id of the table, the lamp, and the textures (H, W, 3) of the bodies that have one by their ids."""
 
-    floor: int
-    walls: tuple[int, ...]
     table: int
     light: Light
     covers: dict[int, Texture]
@@ -41,9 +39,9 @@ def build_room(client: int, table: Table, rng: np.random.Generator) -> Room:
     """Build floor, walls and table into a PyBullet world; rng draws materials and light."""
     wood, paint, ground = (choices[int(rng.integers(len(choices)))] for choices in (_WOODS, _WALLS, _FLOORS))
     covers: dict[int, Texture] = {}
-    floor = _floor(client, ground, rng, covers)
-    walls = _walls(client, paint)
-    return Room(floor, walls, _table(client, table, wood, rng, covers), random_light(rng), covers)
+    _floor(client, ground, rng, covers)
+    _walls(client, paint)
+    return Room(_table(client, table, wood, rng, covers), random_light(rng), covers)
 
 
 def random_light(rng: np.random.Generator) -> Light:
@@ -63,7 +61,7 @@ def random_light(rng: np.random.Generator) -> Light:
     )
 
 
-def _floor(client: int, colour: Rgb, rng: np.random.Generator, covers: dict[int, Texture]) -> int:
+def _floor(client: int, colour: Rgb, rng: np.random.Generator, covers: dict[int, Texture]) -> None:
     plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
     seen = pybullet.createVisualShape(
         pybullet.GEOM_BOX,
@@ -80,23 +78,20 @@ def _floor(client: int, colour: Rgb, rng: np.random.Generator, covers: dict[int,
     pixels[joints] *= 0.93
     covers[body] = _cover(client, body, pixels)
     pybullet.changeDynamics(body, -1, lateralFriction=0.8, physicsClientId=client)
-    return body
 
 
-def _walls(client: int, colour: Rgb) -> tuple[int, ...]:
+def _walls(client: int, colour: Rgb) -> None:
     """Stand walls behind the table and to both sides of it: nothing to touch, only to see."""
     places = (
         ([0.05, ROOM_M, 1.3], [3.2, 0.0, 1.3]),
         ([ROOM_M, 0.05, 1.3], [0.0, 3.4, 1.3]),
         ([ROOM_M, 0.05, 1.3], [0.0, -3.4, 1.3]),
     )
-    walls = []
     for half, centre in places:
         seen = pybullet.createVisualShape(
             pybullet.GEOM_BOX, halfExtents=half, rgbaColor=[*colour, 1], specularColor=[0, 0, 0], physicsClientId=client
         )
-        walls.append(pybullet.createMultiBody(0, -1, seen, centre, physicsClientId=client))
-    return tuple(walls)
+        pybullet.createMultiBody(0, -1, seen, centre, physicsClientId=client)
 
 
 def _table(client: int, table: Table, wood: Rgb, rng: np.random.Generator, covers: dict[int, Texture]) -> int:

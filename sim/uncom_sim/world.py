@@ -60,11 +60,6 @@ class World:
         return self._room.table
 
     @property
-    def floor_body(self) -> int:
-        """PyBullet id of the floor."""
-        return self._room.floor
-
-    @property
     def covers(self) -> dict[int, npt.NDArray[np.uint8]]:
         """Textures (H, W, 3) of floor and table by PyBullet id, for a renderer of one's own."""
         return dict(self._room.covers)

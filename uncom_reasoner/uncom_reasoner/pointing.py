@@ -25,10 +25,9 @@ POINTS = 400  # of a thing, at most
 
 @dataclass(frozen=True, slots=True)
 class PointingError:
-    """How far a thing is from a ray: z [standard deviations], angle [rad] of its nearest part, z of its middle."""
+    """How far a thing is from a ray: z [standard deviations] of its nearest part, z of its middle."""
 
     z: float
-    angle_rad: float
     z_centre: float
 
 
@@ -37,7 +36,7 @@ def pointing_error(dwell: Dwell, detection: Detection, weights: Weights) -> Poin
     geometry = detection.geometry
     if dwell.space is not None and geometry is not None and len(geometry.cloud):
         cloud = geometry.cloud[:: max(1, len(geometry.cloud) // POINTS)].astype(float)
-        z, angle = _errors_in_space(dwell, dwell.space, np.vstack([cloud, geometry.centroid[None, :]]), weights)
+        z = _errors_in_space(dwell, dwell.space, np.vstack([cloud, geometry.centroid[None, :]]), weights)
     else:
         rows, columns = np.nonzero(detection.mask)
         box = detection.box
@@ -46,9 +45,8 @@ def pointing_error(dwell: Dwell, detection: Detection, weights: Weights) -> Poin
             pixels = np.column_stack([columns, rows])[::step].astype(float)
         else:
             pixels = _box_outline(box.x_min, box.y_min, box.x_max, box.y_max)
-        z, angle = _errors_in_image(dwell, np.vstack([pixels, np.array(box.center)[None, :]]), weights)
-    best = int(np.argmin(z))
-    return PointingError(float(z[best]), float(angle[best]), float(z[-1]))
+        z = _errors_in_image(dwell, np.vstack([pixels, np.array(box.center)[None, :]]), weights)
+    return PointingError(float(z.min()), float(z[-1]))
 
 
 def _box_outline(x_min: float, y_min: float, x_max: float, y_max: float) -> FloatArray:
@@ -56,14 +54,14 @@ def _box_outline(x_min: float, y_min: float, x_max: float, y_max: float) -> Floa
     return np.column_stack([u.ravel(), v.ravel()])
 
 
-def _errors_in_image(dwell: Dwell, pixels: FloatArray, weights: Weights) -> tuple[FloatArray, FloatArray]:
+def _errors_in_image(dwell: Dwell, pixels: FloatArray, weights: Weights) -> FloatArray:
     d = dwell.direction_px
     v = pixels - dwell.tip_px
     r = np.maximum(np.linalg.norm(v, axis=1), 1e-6)
     angle = np.abs(np.arctan2(d[0] * v[:, 1] - d[1] * v[:, 0], v @ d))
     near = weights.tip_sigma_m * dwell.width / r  # a table about a metre away fills about the image
     z = angle / np.hypot(dwell.sigma_rad, near)
-    return np.where(angle > np.pi / 2.0, np.maximum(z, np.minimum(BEHIND_Z, r / (0.02 * dwell.width))), z), angle
+    return np.asarray(np.where(angle > np.pi / 2.0, np.maximum(z, np.minimum(BEHIND_Z, r / (0.02 * dwell.width))), z))
 
 
 def _ray_axes(space: RayInSpace) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -78,9 +76,7 @@ def _ray_axes(space: RayInSpace) -> tuple[FloatArray, FloatArray, FloatArray]:
     return u, across, np.cross(across, u)
 
 
-def _errors_in_space(
-    dwell: Dwell, space: RayInSpace, points: FloatArray, weights: Weights
-) -> tuple[FloatArray, FloatArray]:
+def _errors_in_space(dwell: Dwell, space: RayInSpace, points: FloatArray, weights: Weights) -> FloatArray:
     u, across, along = _ray_axes(space)
     v = points - space.tip
     r = np.maximum(np.linalg.norm(v, axis=1), 1e-6)
@@ -91,9 +87,8 @@ def _errors_in_space(
         lateral / np.hypot(dwell.sigma_rad, near),
         in_depth / np.hypot(dwell.sigma_rad * weights.depth_sigma_ratio, near),
     )
-    angle = np.arccos(np.clip((v @ u) / r, -1.0, 1.0))
     behind = (v @ u) < 0.0
-    return np.where(behind, np.maximum(z, np.minimum(BEHIND_Z, r / weights.tip_sigma_m)), z), angle
+    return np.asarray(np.where(behind, np.maximum(z, np.minimum(BEHIND_Z, r / weights.tip_sigma_m)), z))
 
 
 def ray_log(ray: PhraseRay, errors: dict[int, PointingError], stray: float) -> float:

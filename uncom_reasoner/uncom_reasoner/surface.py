@@ -47,15 +47,6 @@ class Surface:
         flat = np.atleast_2d(np.asarray(points, dtype=float))
         return apply(invert(self.scene_to_plane), np.column_stack([flat, np.full(len(flat), z)]))
 
-    def to_pixels(self, points: npt.ArrayLike, view: View, z: float = 0.0) -> FloatArray:
-        """Map plane points (N, 2) into the image (N, 2); NaN where that is not known."""
-        flat = np.atleast_2d(np.asarray(points, dtype=float))
-        if not self.metric:
-            return flat
-        if view.camera is None or view.transform_camera_to_scene is None:
-            return np.full_like(flat, np.nan)
-        return view.camera.project(apply(invert(view.transform_camera_to_scene), self.to_scene(flat, z)))
-
     def reachable(self) -> Polygon | None:
         """Return where an arm can place, or None if that is not known."""
         if not self.reach:

@@ -67,7 +67,6 @@ class GripperShape:
     half_width: float
     open: float
     body: tuple[float, float]
-    zero_gap: float = 0.0
 
 
 class RobotModel:
@@ -154,15 +153,13 @@ class RobotModel:
             float(self.model.upperPositionLimit[self.model.joints[self.model.getJointId(j)].idx_q])
             for j in finger_joints(side)
         )
-        gap = float(a[:, 1].min() - b[:, 1].max())
         return GripperShape(
             tip=float(min(a[:, 0].max(), b[:, 0].max())),
             palm=float(palm[:, 0].max()),
             thickness=float(np.ptp(a[:, 1])),
             half_width=float(np.ptp(a[:, 2]) / 2.0),
-            open=strokes + min(gap, 0.0) if gap < 0 else strokes + gap,
+            open=strokes + float(a[:, 1].min() - b[:, 1].max()),
             body=(float(np.abs(palm[:, 1]).max()), float(np.abs(palm[:, 2]).max())),
-            zero_gap=gap,
         )
 
 

@@ -113,12 +113,6 @@ class PocketSphinxRecognizer(Recognizer):
         """English."""
         return "en"
 
-    def set_scene_words(self, words: Iterable[str]) -> None:
-        """Make words likely that the scene offers; unknown ones get a pronunciation made by rule."""
-        decoders = self._load(sorted({piece for word in words for piece in word.lower().split()}))
-        with self._lock:
-            self._decoders = decoders
-
     def _load(self, scene_words: Sequence[str]) -> tuple[Any, ...]:
         vocabulary = {word for sentence in self._sentences for word in sentence} | set(self._general) | set(scene_words)
         arpa = make_arpa(self._sentences, self._general, self._model, scene_words)

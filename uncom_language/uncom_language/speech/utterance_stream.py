@@ -129,11 +129,6 @@ class UtteranceStream:
         """Time up to which all sound was examined."""
         return self._time(self._position)
 
-    @property
-    def open_since_s(self) -> float:
-        """Where the open utterance begins; now, if none is open."""
-        return self._time(self._start) if self._frames else self.now_s
-
     def _time(self, sample: int) -> float:
         return (self._origin_s or 0.0) + sample / SAMPLE_RATE
 

@@ -10,8 +10,6 @@ from uncom_language.types import Act, Command, Primitive, Reference, Relation
 from uncom_reasoner.phrases import SUBSTITUTES, is_bare, is_place_word, is_table
 from uncom_reasoner.types import Decision, Given, TargetKind
 
-PLACES = (Relation.HERE, Relation.THERE)
-
 
 def amended(last: Command, said: Command, part: str = "") -> Command:
     """Return the last command with what was said now in the place of what it amends.
