@@ -6,8 +6,6 @@ from __future__ import annotations
 from uncom_language.parser.commands import grammar_parser, parse_text
 from uncom_language.types import Act, Command, Primitive, Reference, Relation
 
-# "Take the lemon" is whole and yet mostly goes on with "and put it ..."; a pointing word alone may still get its noun.
-_MIDDLE = 1.0
 _AT_ONCE = frozenset({Act.STOP, Act.CANCEL, Act.YES})
 
 
@@ -22,26 +20,25 @@ def patience_s(words: str, quick_s: float, full_s: float, language: str = "en") 
     """
     if not words:
         return full_s
-    commands = parse_text(words, language)
-    waits = [_share(command, grammar_parser(language).lexicon.ones) for command in commands]
-    return quick_s + (full_s - quick_s) * max(waits)
+    ones = grammar_parser(language).lexicon.ones
+    return full_s if any(_may_go_on(command, ones) for command in parse_text(words, language)) else quick_s
 
 
-def _share(command: Command, ones: frozenset[str]) -> float:
-    """Return 0 to end at once, 1 to wait in full."""
+def _may_go_on(command: Command, ones: frozenset[str]) -> bool:
+    """Whether more words are likely to belong to a command."""
     if command.act in _AT_ONCE:
-        return 0.0
+        return False
     if command.act is not Act.COMMAND:
-        return 1.0
+        return True
     last = command.reference2 or command.target or command.object
     if last is None or _half_said(last, ones):
-        return 1.0
+        return True
     if command.target is None and command.relation is not Relation.NONE:
-        return 1.0  # "to the left" may go on with "of the box"
+        return True  # "to the left" may go on with "of the box"
     if command.primitive in (Primitive.PICK, Primitive.PUSH) and command.target is None:
-        return _MIDDLE
-    bare = last.deictic and last.text == last.deictic and command.relation not in (Relation.HERE, Relation.THERE)
-    return _MIDDLE if bare else 0.0
+        return True  # "take the lemon" is whole and yet mostly goes on with "and put it ..."
+    # A pointing word alone may still get its noun.
+    return bool(last.deictic) and last.text == last.deictic and command.relation not in (Relation.HERE, Relation.THERE)
 
 
 def _half_said(reference: Reference, ones: frozenset[str]) -> bool:
