@@ -15,11 +15,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from uncom_common.exceptions import UncomError
-from uncom_language.parser.patience import patience_s
+from uncom_language.back_ends import patience_of, recognizer_of, understanding_of
 from uncom_language.speech.listener import Listener, ListenerOptions
 from uncom_language.types import Act, Command, Transcript
 from uncom_perception.hands.backends import load_hand_detectors, make_gesture_reader
+from uncom_perception.objects.backends import detector_of
 from uncom_perception.objects.tracking import ObjectTracker
+from uncom_perception.segmentation.backends import segmenter_of
 from uncom_perception.types import HandsFrame, Scene
 from uncom_reasoner.conversation import Conversation
 from uncom_reasoner.decisions import failed
@@ -32,7 +34,6 @@ from uncom_reasoner.types import Decision, Evidence
 from uncom_reasoner.weights import Weights, load_weights
 from uncom_reasoner.wording import refusal
 
-from uncom_bringup.chain_back_ends import detector_of, recognizer_of, understanding_of
 from uncom_bringup.chain_config import ChainConfig
 from uncom_bringup.chain_recording import Recording, Rgb
 
@@ -86,7 +87,7 @@ class Chain:
         self._recognizer = recognizer_of(self.config.speech)
         self._understanding = understanding_of(self.config.language)
         self._hand_detectors = load_hand_detectors(self.config.gesture)
-        self._detector = detector_of(self.config.detection)
+        self._detector = detector_of(self.config.detection, segmenter_of(self.config.detection))
         self._weights: Weights = load_weights(self.config.reasoner.weights_file)
         self._placing = self.config.reasoner.placing()
 
@@ -100,7 +101,7 @@ class Chain:
     def hear(self, recording: Recording) -> tuple[Transcript, ...]:
         """Return what is said, an utterance each; their ids count from 1."""
         speech, heard = self.config.speech, list[Transcript]()
-        options = ListenerOptions(speech.endpointer(), "utterance", speech.backlog_s, self._patience_s)
+        options = ListenerOptions(speech.endpointer(), "utterance", speech.backlog_s, patience_of(speech))
         listener = Listener(lambda: self._recognizer, heard.append, lambda _: None, options)
         rate = recording.sample_rate
         quiet = np.zeros(round(_QUIET_S * rate), np.int16)
@@ -117,11 +118,6 @@ class Chain:
         finally:
             listener.stop()
         return tuple(heard)
-
-    def _patience_s(self, words: str) -> float:
-        speech = self.config.speech
-        quick_s = min(speech.quick_pause_s, speech.hang_over_s)
-        return patience_s(words, quick_s, speech.hang_over_s, speech.language)
 
     def parse(self, transcript: Transcript) -> tuple[Command, ...]:
         """Return the commands of one utterance."""

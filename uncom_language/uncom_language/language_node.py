@@ -13,9 +13,9 @@ from uncom_common.conversions import seconds_from_msg
 from uncom_interfaces.msg import Command as CommandMsg
 from uncom_interfaces.msg import Transcript as TranscriptMsg
 from uncom_interfaces.msg import Vocabulary as VocabularyMsg
+from uncom_language.back_ends import understanding_of
 from uncom_language.config import LanguageConfig
 from uncom_language.conversions import command_to_msg, transcript_from_msg
-from uncom_language.parser.understanding import Understanding
 
 
 class LanguageNode(ConfiguredNode[LanguageConfig]):
@@ -29,9 +29,7 @@ class LanguageNode(ConfiguredNode[LanguageConfig]):
             UnknownLanguageError: there is no such language pack.
         """
         super().__init__("language_node", LanguageConfig, **node_options)
-        self._understanding = Understanding(
-            self.config.backend, self.config.language, self.config.max_alternative_loss, model=self.config.model
-        )
+        self._understanding = understanding_of(self.config)
         self.get_logger().info(f"understanding with {self._understanding.backend}")
         self._commands = self.create_publisher(CommandMsg, "/uncom/command", 10)
         latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -18,12 +18,12 @@ from uncom_common.conversions import seconds_from_msg
 from uncom_interfaces.msg import SpeechStatus as SpeechStatusMsg
 from uncom_interfaces.msg import Transcript as TranscriptMsg
 from uncom_interfaces.msg import Vocabulary as VocabularyMsg
+from uncom_language.back_ends import patience_of, recognizer_of
 from uncom_language.config import SpeechConfig
 from uncom_language.conversions import speech_status_to_msg, transcript_to_msg, vocabulary_from_msg
 from uncom_language.exceptions import LanguageError, SoundFormatError
-from uncom_language.parser.patience import patience_s
 from uncom_language.speech.audio import decode_samples
-from uncom_language.speech.factory import check_backend, make_recognizer
+from uncom_language.speech.factory import check_backend
 from uncom_language.speech.listener import Listener, ListenerOptions
 from uncom_language.speech.microphone import Microphone
 from uncom_language.speech.recognizer import Recognizer
@@ -51,7 +51,7 @@ class SpeechNode(ConfiguredNode[SpeechConfig]):
         )
         self._statuses = self.create_publisher(SpeechStatusMsg, "/uncom/speech_status", 10)
         options = ListenerOptions(
-            config.endpointer(), f"utterance-{uuid.uuid4().hex[:8]}", config.backlog_s, self._patience_s
+            config.endpointer(), f"utterance-{uuid.uuid4().hex[:8]}", config.backlog_s, patience_of(config)
         )
         self._listener = Listener(self._load, self._heard, self._status, options)
         self._listener.start()
@@ -69,15 +69,9 @@ class SpeechNode(ConfiguredNode[SpeechConfig]):
             self.get_logger().info(f"listening to the microphone {self._microphone.name!r}")
 
     def _load(self) -> Recognizer:
-        recognizer = make_recognizer(
-            self.config.backend, self.config.language, tuple(filter(None, self.config.scene_words)), self.config.model
-        )
+        recognizer = recognizer_of(self.config)
         self.get_logger().info(f"hearing with {recognizer.backend}")
         return recognizer
-
-    def _patience_s(self, words: str) -> float:
-        config = self.config
-        return patience_s(words, min(config.quick_pause_s, config.hang_over_s), config.hang_over_s, config.language)
 
     def _on_vocabulary(self, msg: VocabularyMsg) -> None:
         self._vocabularies += 1

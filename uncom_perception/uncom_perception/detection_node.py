@@ -40,11 +40,11 @@ from uncom_perception.depth.dpt import table_scale
 from uncom_perception.depth.estimator import make_depth_estimator
 from uncom_perception.exceptions import InvalidImageError
 from uncom_perception.frames import RawBuffer
-from uncom_perception.objects.backends import make_detector
+from uncom_perception.objects.backends import detector_of
 from uncom_perception.objects.lexicon import load_lexicon
 from uncom_perception.objects.models import with_models
 from uncom_perception.objects.tracking import ObjectTracker
-from uncom_perception.segmentation.backends import make_segmenter
+from uncom_perception.segmentation.backends import segmenter_of
 from uncom_perception.types import Box, FloatArray, Scene
 
 _CAMERA = "/head_front_camera"
@@ -57,18 +57,8 @@ class DetectionNode(ConfiguredNode[DetectionConfig]):
         """Load the back ends and offer the services."""
         super().__init__("detection_node", DetectionConfig, **node_options)
         config = self.config
-        self._segmenter = make_segmenter(
-            config.segmentation, config.segmentation_model, config.device, boxes_as_points=not config.sam_boxes
-        )
-        self._detector = make_detector(
-            config.backend,
-            config.lexicon,
-            model=config.detection_model,
-            device=config.device,
-            box_threshold=config.box_threshold,
-            text_threshold=config.text_threshold,
-            segmenter=self._segmenter,
-        )
+        self._segmenter = segmenter_of(config)
+        self._detector = detector_of(config, self._segmenter)
         self._estimator = make_depth_estimator(config.depth_backend, config.depth_model, config.device)
         self._tracker = ObjectTracker() if self.config.track_objects else None
         self._lexicon = load_lexicon(self.config.lexicon or None)

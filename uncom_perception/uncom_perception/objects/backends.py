@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from uncom_perception.config import DetectionConfig
 from uncom_perception.exceptions import UnknownBackendError
 from uncom_perception.objects.detector import ObjectDetector
 from uncom_perception.objects.lexicon import load_lexicon
@@ -41,3 +42,16 @@ def make_detector(
         options = GroundingOptions(box_threshold, text_threshold)
         return load_grounding_dino(segmenter if segmenter is not None else ClusterSegmenter(), model, device, options)
     return TabletopDetector(load_lexicon(lexicon or None))
+
+
+def detector_of(config: DetectionConfig, segmenter: Segmenter) -> ObjectDetector:
+    """Make the detector that a configuration asks for; see make_detector."""
+    return make_detector(
+        config.backend,
+        config.lexicon,
+        model=config.detection_model,
+        device=config.device,
+        box_threshold=config.box_threshold,
+        text_threshold=config.text_threshold,
+        segmenter=segmenter,
+    )

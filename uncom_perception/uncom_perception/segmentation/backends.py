@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from uncom_perception.config import DetectionConfig
 from uncom_perception.exceptions import UnknownBackendError
 from uncom_perception.segmentation.cluster import ClusterSegmenter
 from uncom_perception.segmentation.segmenter import Segmenter
@@ -24,3 +25,10 @@ def make_segmenter(name: str, model: str = "", device: str = "auto", *, boxes_as
 
         return load_sam(model, device, boxes_as_points=boxes_as_points)
     return ClusterSegmenter()
+
+
+def segmenter_of(config: DetectionConfig) -> Segmenter:
+    """Make the segmentation back end that a configuration asks for; see make_segmenter."""
+    return make_segmenter(
+        config.segmentation, config.segmentation_model, config.device, boxes_as_points=not config.sam_boxes
+    )
