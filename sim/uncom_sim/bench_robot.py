@@ -9,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-import numpy as np
 from uncom_common.transforms import invert
 from uncom_perception.objects.tabletop import TabletopDetector
 from uncom_perception.types import Scene
 from uncom_tiago_exec.exceptions import MotionError, StoppedError
+from uncom_tiago_exec.fingers import finger_gap, finger_motion
 from uncom_tiago_exec.nearer import drive_velocity
 from uncom_tiago_exec.robot_interface import RobotInterface
-from uncom_tiago_exec.robot_model import finger_joints
 from uncom_tiago_exec.types import Side, Trajectory
 
 from uncom_sim.camera.views import HEAD_CAMERA
@@ -26,7 +25,6 @@ from uncom_sim.controllers.trajectory import Waypoint
 from uncom_sim.robot.description import CAMERA_FRAME
 from uncom_sim.simulator import Simulator
 
-_FINGER_SPEED = 0.04  # [m/s] of one finger
 _DRIVE_STEPS = 5  # between two commands to the base
 _REST_STEPS = 24  # before a picture is taken
 
@@ -48,29 +46,14 @@ class SteppedRobot(RobotInterface):
 
     def follow(self, trajectory: Trajectory) -> None:
         """Carry out a trajectory; see RobotInterface."""
-        goals = {}
-        for name, controller in self.simulator.controllers.items():
-            joints = controller.config.joints
-            if set(joints) <= set(trajectory.joint_names):
-                columns = [trajectory.joint_names.index(j) for j in joints]
-                points = zip(trajectory.times, trajectory.positions, trajectory.velocities, strict=True)
-                goals[name] = Goal(
-                    tuple(joints), tuple(Waypoint(float(t), q[columns], v[columns]) for t, q, v in points)
-                )
-        for name, end in self._run(goals).items():
+        for name, end in self._run(trajectory).items():
             if end.code != 0:
                 raise MotionError(f"{name} gave up: {end.text}")
 
     def grip(self, side: Side, gap: float) -> float:
         """Bring the fingers to a gap; see RobotInterface."""
-        joints = finger_joints(side)
-        here = self.positions()
-        start = np.array([here[j] for j in joints])
-        end = np.clip(np.full(2, gap / 2.0), 0.0, 0.044)
-        duration = max(0.3, float(np.abs(end - start).max()) / _FINGER_SPEED)
-        self._run({f"gripper_{side}_controller": Goal(joints, (Waypoint(duration, end, np.zeros(2)),))})
-        here = self.positions()
-        return sum(here[j] for j in joints)
+        self._run(finger_motion(side, gap, self.positions()))
+        return finger_gap(side, self.positions())
 
     def drive(self, distance: float) -> float:
         """Drive the base by odometry; see RobotInterface."""
@@ -99,9 +82,22 @@ class SteppedRobot(RobotInterface):
         for _ in range(steps):
             self.simulator.step()
 
-    def _run(self, goals: dict[str, Goal]) -> dict[str, Outcome]:
-        """Follow goals to their ends, or to the moment of a stop."""
-        simulator = self.simulator
+    def _goals(self, trajectory: Trajectory) -> dict[str, Goal]:
+        """Return each controller's part of a motion."""
+        goals = {}
+        for name, controller in self.simulator.controllers.items():
+            joints = controller.config.joints
+            if set(joints) <= set(trajectory.joint_names):
+                columns = [trajectory.joint_names.index(j) for j in joints]
+                points = zip(trajectory.times, trajectory.positions, trajectory.velocities, strict=True)
+                goals[name] = Goal(
+                    tuple(joints), tuple(Waypoint(float(t), q[columns], v[columns]) for t, q, v in points)
+                )
+        return goals
+
+    def _run(self, trajectory: Trajectory) -> dict[str, Outcome]:
+        """Follow a motion to its end, or to the moment of a stop."""
+        simulator, goals = self.simulator, self._goals(trajectory)
         ends: dict[str, Outcome] = {}
         for name, goal in goals.items():
             simulator.controllers[name].start(goal, simulator.time_s, done=partial(ends.__setitem__, name))

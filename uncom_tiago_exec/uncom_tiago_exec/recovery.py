@@ -11,8 +11,9 @@ from uncom_tiago_exec.arm_planner import TABLE_ONLY, ArmPlanner
 from uncom_tiago_exec.collision import CollisionChecker
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError
+from uncom_tiago_exec.fingers import finger_gap
 from uncom_tiago_exec.plan import Plan
-from uncom_tiago_exec.robot_model import RobotModel, finger_joints
+from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.types import FloatArray, Trajectory
 
 _BACK = (0.1, 0.06, 0.03)  # [m] straight ways out to try first
@@ -27,7 +28,7 @@ def way_home(
         RefusedError: there is no free way; the arm had better stay where it is.
     """
     arm = ArmPlanner(robot, plan.side, positions, plan.scene, config)
-    gap = sum(positions[name] for name in finger_joints(plan.side))
+    gap = finger_gap(plan.side, positions)
     free = arm.carrying(plan.grasp, frozenset()) if holding and plan.grasp is not None else arm.free(gap)
     goal = arm.group.clamp(plan.home)
     if not free.is_free(goal):

@@ -26,6 +26,7 @@ from uncom_tiago_exec.base_drive_node import drive_base
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.conversions import goal_to_msg
 from uncom_tiago_exec.exceptions import MotionError, StoppedError
+from uncom_tiago_exec.fingers import finger_gap, finger_motion
 from uncom_tiago_exec.patient_client_node import PatientActionClient
 from uncom_tiago_exec.robot_interface import RobotInterface
 from uncom_tiago_exec.robot_model import HEAD_JOINTS, TORSO_JOINT, arm_joints, finger_joints
@@ -38,7 +39,6 @@ CONTROLLERS: dict[str, tuple[str, ...]] = {
     **{f"gripper_{side}_controller": finger_joints(side) for side in SIDES},
 }
 _TICK_S = 0.02  # [s] how often a waiting thread looks at stop requests and silent joint states
-_FINGER_SPEED = 0.04  # [m/s] of one finger
 _EXTRA_S = 5.0  # [s] a controller may take longer than its trajectory before it counts as stuck
 _ACCEPT_S = 1.0  # [s] until a controller has taken a goal and tells how far it is
 _STEP = 1e-5  # [rad or m] between two joint states that is a motion
@@ -145,23 +145,14 @@ class RosRobot(RobotInterface):
 
     def follow(self, trajectory: Trajectory) -> None:
         """Send torso and arm their parts and wait for both; see RobotInterface."""
-        wanted = [name for name, joints in CONTROLLERS.items() if set(joints) <= set(trajectory.joint_names)]
-        results = self._carry_out({name: goal_to_msg(trajectory, CONTROLLERS[name]) for name in wanted})
-        for name, result in results.items():
+        for name, result in self._carry_out(_goals(trajectory)).items():
             if result.error_code != FollowJointTrajectory.Result.SUCCESSFUL:
                 raise MotionError(f"{name} gave up: {result.error_string or result.error_code}")
 
     def grip(self, side: Side, gap: float) -> float:
         """Bring the fingers to a gap; see RobotInterface."""
-        joints = finger_joints(side)
-        positions = self.positions()
-        start = np.array([positions[name] for name in joints])
-        end = np.clip(np.full(2, gap / 2.0), 0.0, 0.044)
-        duration = max(0.3, float(np.abs(end - start).max()) / _FINGER_SPEED)
-        trajectory = Trajectory(joints, np.array([duration]), end[None], np.zeros((1, 2)))
-        self._carry_out({f"gripper_{side}_controller": goal_to_msg(trajectory, joints)})
-        positions = self.positions()
-        return sum(positions[name] for name in joints)
+        self._carry_out(_goals(finger_motion(side, gap, self.positions())))
+        return finger_gap(side, self.positions())
 
     def drive(self, distance: float) -> float:
         """Drive the base by odometry; see RobotInterface."""
@@ -296,3 +287,12 @@ class RosRobot(RobotInterface):
         return Detect.Request(
             image=rgb, depth=depth, camera_info=info, has_transform=True, camera_in_base=transform, phrases=["objects"]
         )
+
+
+def _goals(trajectory: Trajectory) -> dict[str, Any]:
+    """Return each controller's part of a motion."""
+    return {
+        name: goal_to_msg(trajectory, joints)
+        for name, joints in CONTROLLERS.items()
+        if set(joints) <= set(trajectory.joint_names)
+    }
