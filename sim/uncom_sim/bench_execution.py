@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import multiprocessing
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -29,6 +29,7 @@ from uncom_sim.bench_robot import SteppedRobot
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.scoring import PhysicalResult, judge
 from uncom_sim.simulator import Simulator
+from uncom_sim.types import ObjectState
 
 MOVED_M = 0.02
 _SETTLE_STEPS = 240
@@ -97,15 +98,14 @@ def run_case(case: Case, seed: int = 0, shots: Path | None = None, robot: RobotM
         machine = SteppedRobot(simulator, watch if shots is not None else None)
         start, before, first_s = machine.positions(), simulator.object_states(), simulator.time_s
         told: list[Status] = []
-        task = _task(case, machine.look(), {s.id: s.position[:2] for s in before})
+        task = task_of(case, machine.look(), before)
         engine = Engine(
             robot or RobotModel(tiago_urdf()), machine, ExecutionConfig(seed=seed + 1, planning_time_s=2.0), told.append
         )
         outcome = engine.execute(task)
         machine.rest(_SETTLE_STEPS)
         physical = judge(before, simulator.object_states(), case.meaning, case.scene.table)
-        end = machine.positions()
-        away = max(abs(end[n] - start[n]) for n in start if "wheel" not in n and "finger" not in n)
+        away = home_error(start, machine.positions())
         contacts = simulator.contacts
         return Run(
             case, outcome, physical, tuple(told), contacts.forces, contacts.table, contacts.bystanders, away,
@@ -115,18 +115,25 @@ def run_case(case: Case, seed: int = 0, shots: Path | None = None, robot: RobotM
         simulator.close()
 
 
-def _task(case: Case, seen: Seen, places: dict[str, Any]) -> ManipulationTask:
-    """Ground a command: which of the things seen are meant."""
+def task_of(case: Case, seen: Seen, states: Iterable[ObjectState]) -> ManipulationTask:
+    """Ground a command: those of the things seen are meant that lie where the states say."""
+    places = {state.id: state.position[:2] for state in states}
     thing = _nearest(seen, places[case.meaning.object])
-    target = None if case.meaning.target is None else case.meaning.target
-    on_target = case.primitive in ("put_in", "put_on", "stack") and target is not None
-    goal = _nearest(seen, places[target]) if on_target and target is not None else None
+    target = case.meaning.target
+    goal = None
+    if target is not None and case.primitive in ("put_in", "put_on", "stack"):
+        goal = _nearest(seen, places[target])
     height = seen.table.height_m if seen.table is not None else case.scene.table.height
     pose = None if case.place is None else upright(np.array([*case.place, height]), 0.0)
     said = case.scene.object(target).kind if target is not None else ""
     return ManipulationTask(
         f"case{case.number}", 0, case.primitive, "none", thing, seen.detections, seen.table, goal, pose, case.kind, said
     )
+
+
+def home_error(start: Mapping[str, float], end: Mapping[str, float]) -> float:
+    """Return how far the joint farthest from where it began is [rad or m], wheels and fingers left out."""
+    return max(abs(end[name] - start[name]) for name in start if "wheel" not in name and "finger" not in name)
 
 
 def _nearest(seen: Seen, xy: Any) -> Detection:

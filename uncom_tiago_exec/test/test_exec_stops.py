@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from exec_fixtures import robot
-from uncom_sim.bench_execution import _task
+from uncom_sim.bench_execution import home_error, task_of
 from uncom_sim.bench_execution_cases import make_case
 from uncom_sim.bench_robot import SteppedRobot
 from uncom_sim.simulator import Simulator
@@ -24,8 +24,7 @@ def test_a_stop_at_any_of_fifty_moments_leaves_it_still_and_usable():
     case = make_case(3, 1)
     simulator = Simulator(case.scene, 0)
     machine = SteppedRobot(simulator)
-    places = {s.id: s.position[:2] for s in simulator.object_states()}
-    task = _task(case, machine.look(), places)
+    task = task_of(case, machine.look(), simulator.object_states())
     start = machine.positions()
     engine = Engine(robot(), machine, ExecutionConfig(verify=False), lambda _: None)
     try:
@@ -42,12 +41,10 @@ def test_a_stop_at_any_of_fifty_moments_leaves_it_still_and_usable():
                 later = machine.positions()
                 assert max(abs(later[n] - here[n]) for n in here) < 0.01
             if engine.execute(task).stage != Stage.DONE:  # the thing may lie elsewhere now: look where it is
-                now = {s.id: s.position[:2] for s in simulator.object_states()}
-                task = _task(case, machine.look(), now)
+                task = task_of(case, machine.look(), simulator.object_states())
         machine.stop_at_s = None
         engine.execute(task)
-        end = machine.positions()
-        assert max(abs(end[n] - start[n]) for n in start if "finger" not in n and "wheel" not in n) < 0.03
+        assert home_error(start, machine.positions()) < 0.03
         assert simulator.contacts.table == 0
     finally:
         simulator.close()
