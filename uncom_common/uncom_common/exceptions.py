@@ -35,3 +35,21 @@ class TransformError(UncomError, LookupError):
 
 class ImageFormatError(UncomError, ValueError):
     """An image has an encoding or a size that cannot be read."""
+
+
+class NotInstalledError(UncomError, ImportError):
+    """An optional library is missing."""
+
+    def __init__(self, library: str, hint: str = "run ./uncom setup --full") -> None:
+        """Keep the name of the library."""
+        self.library = library
+        super().__init__(f"{library} is not installed: {hint}")
+
+
+class ModelNotFoundError(UncomError, OSError):
+    """Weights of a full model are nowhere to be had."""
+
+    def __init__(self, name: str, where: str, why: str) -> None:
+        """Keep the model's name."""
+        self.model = name
+        super().__init__(f"no usable weights of {name!r} in {where} ({why})")

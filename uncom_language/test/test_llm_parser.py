@@ -6,7 +6,8 @@ from __future__ import annotations
 import json
 
 import pytest
-from uncom_language.exceptions import AnswerError, ModelNotFoundError, UnknownBackendError, UnknownLanguageError
+from uncom_common.exceptions import ModelNotFoundError
+from uncom_language.exceptions import AnswerError, UnknownBackendError, UnknownLanguageError
 from uncom_language.llm.chat_model import ChatModel
 from uncom_language.llm.llm_parser import LlmParser, transcription
 from uncom_language.llm.schema import answer_schema, checked

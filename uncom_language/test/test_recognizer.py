@@ -12,7 +12,8 @@ import pytest
 import soundfile
 from rapidfuzz.distance import Levenshtein
 from simulated_speech import say
-from uncom_language.exceptions import NotInstalledError, SoundFileError, SoundFormatError, UnknownBackendError
+from uncom_common.exceptions import NotInstalledError
+from uncom_language.exceptions import SoundFileError, SoundFormatError, UnknownBackendError
 from uncom_language.parser import parse_transcript
 from uncom_language.speech import make_recognizer, transcribe_file, transcript_to_json
 from uncom_language.types import Act

@@ -8,7 +8,7 @@ import json
 import numpy as np
 import pytest
 from simulated_speech import say
-from uncom_language.exceptions import ModelNotFoundError
+from uncom_common.exceptions import ModelNotFoundError
 from uncom_language.speech.factory import make_recognizer
 from uncom_language.speech.recognizer import Recognition
 from uncom_language.speech.whisper_recognizer import WhisperRecognizer, words_of_chunks

@@ -54,24 +54,6 @@ class RecognizerError(LanguageError, RuntimeError):
     """The recogniser could not be loaded or failed."""
 
 
-class NotInstalledError(LanguageError, ImportError):
-    """An optional library is missing."""
-
-    def __init__(self, library: str, hint: str = "run ./uncom setup --full") -> None:
-        """Keep the name of the library."""
-        self.library = library
-        super().__init__(f"{library} is not installed: {hint}")
-
-
-class ModelNotFoundError(LanguageError, OSError):
-    """Weights of a full model are nowhere to be had."""
-
-    def __init__(self, name: str, where: str, why: str) -> None:
-        """Keep the model's name."""
-        self.model = name
-        super().__init__(f"no usable weights of {name!r} in {where} ({why})")
-
-
 class AnswerError(LanguageError, ValueError):
     """A language model gave no answer that can be used."""
 

@@ -9,9 +9,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from perception_scenes import CAMERA, POSE, plain_table
+from uncom_common.exceptions import InvalidConfigError, ModelNotFoundError
+from uncom_common.full_models import pick_device
 from uncom_perception.depth.dpt import DptDepth, load_dpt, table_scale
 from uncom_perception.depth.estimator import make_depth_estimator
-from uncom_perception.exceptions import BackendUnavailableError, InvalidImageError, UnknownBackendError
+from uncom_perception.exceptions import InvalidImageError, UnknownBackendError
 from uncom_perception.objects.backends import make_detector
 from uncom_perception.objects.grounding_dino import GroundingOptions, _merged, load_grounding_dino
 from uncom_perception.objects.queries import query_of
@@ -19,7 +21,6 @@ from uncom_perception.segmentation.backends import make_segmenter
 from uncom_perception.segmentation.cluster import ClusterSegmenter
 from uncom_perception.segmentation.sam import load_sam
 from uncom_perception.types import Box, Hand, HandsFrame
-from uncom_perception.weights import pretrained
 
 torch = pytest.importorskip("torch")
 transformers = pytest.importorskip("transformers")
@@ -227,16 +228,16 @@ def test_back_ends_are_made_by_name(dino, sam, dpt):
     assert isinstance(make_depth_estimator("dpt", dpt, "cpu"), DptDepth)
     with pytest.raises(UnknownBackendError, match="grounding_dino"):
         make_detector("yolo")
-    with pytest.raises(BackendUnavailableError, match="cannot load") as caught:
+    with pytest.raises(ModelNotFoundError, match="no usable weights") as caught:
         make_depth_estimator("dpt", "/nowhere/at/all", "cpu")
     assert "\n" not in str(caught.value)
 
 
-def test_a_missing_library_is_named_with_what_installs_it():
-    """An import that fails inside a loader is told in one line."""
-
-    def load(_):
-        raise OSError("no such file\n and more")
-
-    with pytest.raises(BackendUnavailableError, match="no such file and more"):
-        pretrained(load, "some/model")
+def test_a_graphics_processor_that_is_not_there_is_refused():
+    assert pick_device("cpu") == "cpu"
+    if torch.cuda.is_available():
+        assert pick_device("auto") == "cuda"
+    else:
+        assert pick_device("auto") == "cpu"
+        with pytest.raises(InvalidConfigError, match="torch sees no GPU"):
+            pick_device("cuda")

@@ -8,6 +8,8 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from uncom_common.exceptions import UncomError
+
 from uncom_bringup import output
 from uncom_bringup.commands.common import SubParsers, add_json
 from uncom_bringup.exceptions import BadInputError
@@ -83,7 +85,6 @@ def _reader(options: argparse.Namespace) -> Callable[[str], Sequence[Command]]:
     Raises:
         BadInputError: no such language or back end, or its libraries or weights are missing.
     """
-    from uncom_language.exceptions import LanguageError  # noqa: PLC0415
     from uncom_language.parser.understanding import Understanding  # noqa: PLC0415
 
     from uncom_language import parser  # noqa: PLC0415  (only when it runs)
@@ -93,7 +94,7 @@ def _reader(options: argparse.Namespace) -> Callable[[str], Sequence[Command]]:
             parser.grammar_parser(options.language)
             return lambda text: parser.parse_text(text, options.language)
         understanding = Understanding(options.backend, options.language, model=options.model)
-    except LanguageError as error:
+    except UncomError as error:
         raise BadInputError(str(error)) from error
     return lambda text: understanding.understand(parser.typed_transcript(text, options.language))
 

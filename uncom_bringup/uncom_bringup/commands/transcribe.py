@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import argparse
 
+from uncom_common.exceptions import UncomError
+
 from uncom_bringup import output
 from uncom_bringup.commands.common import SubParsers, add_json, existing_file
 from uncom_bringup.exceptions import BadInputError
@@ -24,13 +26,12 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
 def run(options: argparse.Namespace) -> int:
     """Transcribe; no words is an answer too."""
     path = existing_file(options.file)
-    from uncom_language.exceptions import LanguageError  # noqa: PLC0415
 
     from uncom_language import speech  # noqa: PLC0415  (only when it runs)
 
     try:
         transcript = speech.transcribe_file(path, options.backend, options.language, options.model)
-    except LanguageError as error:
+    except UncomError as error:
         raise BadInputError(str(error)) from error
     result = speech.transcript_to_json(transcript)
     if options.json:

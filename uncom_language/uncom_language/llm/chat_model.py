@@ -8,8 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-
-from uncom_language.full_models import load_pretrained, pick_device, require
+from uncom_common.full_models import load_pretrained, pick_device, require, weights_format
 
 DEFAULT_MODEL = "microsoft/Phi-4-mini-instruct"
 
@@ -33,10 +32,10 @@ class ChatModel:
         self._guidance = require("llguidance")
         require("llguidance.hf")
         self.name = name
-        self._device, dtype = pick_device(device)
+        self._device = pick_device(device)
         self._max_new_tokens = max_new_tokens
         self._tokenizer = load_pretrained(transformers.AutoTokenizer, name)
-        model = load_pretrained(transformers.AutoModelForCausalLM, name, dtype=dtype)
+        model = load_pretrained(transformers.AutoModelForCausalLM, name, dtype=weights_format(self._device))
         self._model = model.to(self._device).eval()
         ends = model.generation_config.eos_token_id
         ends = self._tokenizer.eos_token_id if ends is None else ends

@@ -5,8 +5,9 @@ from __future__ import annotations
 
 from functools import cache
 
+from uncom_common.full_models import require
+
 from uncom_language.exceptions import UnknownBackendError, UnknownLanguageError
-from uncom_language.full_models import require
 from uncom_language.speech.pocketsphinx_recognizer import PocketSphinxRecognizer
 from uncom_language.speech.recognizer import Recognizer
 from uncom_language.speech.whisper_recognizer import DEFAULT_MODEL, WhisperRecognizer

@@ -12,6 +12,7 @@ from time import monotonic
 
 import numpy as np
 import numpy.typing as npt
+from uncom_common.exceptions import UncomError
 
 from uncom_language.exceptions import LanguageError
 from uncom_language.speech.audio import FloatArray, StreamResampler, as_float
@@ -136,7 +137,7 @@ class Listener:
     def _work(self) -> None:
         try:
             recognizer = self._make_recognizer()
-        except LanguageError:
+        except UncomError:
             _LOG.exception("the recogniser could not be loaded; nothing will be heard")
             return
         _LOG.info("listening with %s", recognizer.backend)

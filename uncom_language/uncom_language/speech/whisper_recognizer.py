@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from uncom_common.full_models import load_pretrained, pick_device, require, weights_format
 
 from uncom_language.exceptions import RecognizerError
-from uncom_language.full_models import load_pretrained, pick_device, require
 from uncom_language.speech.audio import SAMPLE_RATE, FloatArray, as_float, resample, to_int16
 from uncom_language.speech.plausibility import why_not_speech
 from uncom_language.speech.recognizer import Recognition, Recognizer, Samples
@@ -49,7 +49,8 @@ class WhisperRecognizer(Recognizer):
         self._name = model
         self._hypotheses = max(1, hypotheses)
         self._lock = threading.Lock()
-        self._device, self._dtype = pick_device(device)
+        self._device = pick_device(device)
+        self._dtype = weights_format(self._device)
         processor = load_pretrained(transformers.AutoProcessor, model)
         weights = load_pretrained(
             transformers.AutoModelForSpeechSeq2Seq,

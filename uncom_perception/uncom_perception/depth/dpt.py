@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from uncom_common.camera import PinholeCamera
+from uncom_common.full_models import load_with_processor, pick_device, require
 
 from uncom_perception.depth.estimator import DepthEstimator
 from uncom_perception.exceptions import TableNotFoundError
 from uncom_perception.hands.detector import check_rgb
 from uncom_perception.objects.plane import find_table_plane
-from uncom_perception.weights import device_named, pretrained, torch_modules
 
 DEFAULT_MODEL = "facebook/dpt-dinov2-small-nyu"
 _STRIDE = 4
@@ -42,7 +42,7 @@ class DptDepth(DepthEstimator):
             InvalidImageError: not an RGB image.
         """
         check_rgb(image_rgb)
-        torch, _ = torch_modules()
+        torch = require("torch")
         inputs = self._processor(images=image_rgb, return_tensors="pt").to(self._device)
         with torch.inference_mode():
             outputs = self._model(**inputs)
@@ -74,10 +74,9 @@ def load_dpt(model_id: str = "", device: str = "auto") -> DptDepth:
     """Load DINOv2 with a DPT head by name or folder.
 
     Raises:
-        BackendUnavailableError: torch, transformers or the weights are missing.
+        NotInstalledError, ModelNotFoundError: torch, transformers or the weights are missing.
+        InvalidConfigError: a GPU is asked for and there is none.
     """
-    _, transformers = torch_modules()
     name = model_id or DEFAULT_MODEL
-    model = pretrained(transformers.AutoModelForDepthEstimation.from_pretrained, name)
-    processor = pretrained(transformers.AutoImageProcessor.from_pretrained, name)
-    return DptDepth(model, processor, name, device=device_named(device))
+    model, processor = load_with_processor("AutoModelForDepthEstimation", "AutoImageProcessor", name)
+    return DptDepth(model, processor, name, device=pick_device(device))

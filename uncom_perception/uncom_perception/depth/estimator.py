@@ -54,7 +54,7 @@ def make_depth_estimator(name: str, model: str = "", device: str = "auto") -> De
 
     Raises:
         UnknownBackendError: there is none of that name.
-        BackendUnavailableError: it cannot load.
+        NotInstalledError, ModelNotFoundError: its libraries or weights are missing.
     """
     if name not in ESTIMATORS:
         raise UnknownBackendError("depth", name, ESTIMATORS)

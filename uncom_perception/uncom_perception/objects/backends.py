@@ -29,7 +29,7 @@ def make_detector(
     Raises:
         UnknownBackendError: there is none of that name.
         InvalidLexiconError: the lexicon file cannot be read.
-        BackendUnavailableError: it cannot load.
+        NotInstalledError, ModelNotFoundError: its libraries or weights are missing.
     """
     if backend not in DETECTORS:
         raise UnknownBackendError("detection", backend, DETECTORS)

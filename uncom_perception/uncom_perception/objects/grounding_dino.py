@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from uncom_common.camera import PinholeCamera
+from uncom_common.full_models import load_with_processor, pick_device, require
 
 from uncom_perception.exceptions import TableNotFoundError
 from uncom_perception.objects.body import clean_points, geometry
@@ -23,7 +24,6 @@ from uncom_perception.objects.scenes import is_table, mask_box, mask_slices
 from uncom_perception.objects.viewpoint import TableView, view_table
 from uncom_perception.segmentation.segmenter import Segmenter
 from uncom_perception.types import Attribute, Box, Detection, Geometry, HandsFrame, Mask, Scene, TableSurface
-from uncom_perception.weights import device_named, pretrained, torch_modules
 
 DEFAULT_MODEL = "IDEA-Research/grounding-dino-tiny"
 _TABLE_QUERY = "table."
@@ -70,7 +70,7 @@ class GroundingDinoDetector(ObjectDetector):
         self, images: Sequence[RgbImage], queries: Sequence[str]
     ) -> list[tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]]:
         """Return boxes (N, 4) [px] and scores (N,) for each pair of an image and a query, several pairs at once."""
-        torch, _ = torch_modules()
+        torch = require("torch")
         found = []
         for start in range(0, len(queries), self._options.batch):
             some, texts = list(images[start:][: self._options.batch]), list(queries[start:][: self._options.batch])
@@ -232,10 +232,9 @@ def load_grounding_dino(
     """Load GroundingDINO by name or folder.
 
     Raises:
-        BackendUnavailableError: torch, transformers or the weights are missing.
+        NotInstalledError, ModelNotFoundError: torch, transformers or the weights are missing.
+        InvalidConfigError: a GPU is asked for and there is none.
     """
-    _, transformers = torch_modules()
     name = model_id or DEFAULT_MODEL
-    model = pretrained(transformers.GroundingDinoForObjectDetection.from_pretrained, name)
-    processor = pretrained(transformers.AutoProcessor.from_pretrained, name)
-    return GroundingDinoDetector(model, processor, segmenter, name, options, device_named(device))
+    model, processor = load_with_processor("GroundingDinoForObjectDetection", "AutoProcessor", name)
+    return GroundingDinoDetector(model, processor, segmenter, name, options, pick_device(device))

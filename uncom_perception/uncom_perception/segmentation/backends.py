@@ -16,7 +16,7 @@ def make_segmenter(name: str, model: str = "", device: str = "auto", *, boxes_as
 
     Raises:
         UnknownBackendError: there is none of that name.
-        BackendUnavailableError: it cannot load.
+        NotInstalledError, ModelNotFoundError: its libraries or weights are missing.
     """
     if name not in SEGMENTERS:
         raise UnknownBackendError("segmentation", name, SEGMENTERS)

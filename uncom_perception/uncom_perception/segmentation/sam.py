@@ -8,11 +8,11 @@ from typing import Any
 
 import cv2
 import numpy as np
+from uncom_common.full_models import load_with_processor, pick_device, require
 
 from uncom_perception.exceptions import InvalidImageError
 from uncom_perception.segmentation.segmenter import DepthImage, FloatArray, RgbImage, Segmenter
 from uncom_perception.types import Box, Mask
-from uncom_perception.weights import device_named, pretrained, torch_modules
 
 DEFAULT_MODEL = "facebook/sam-vit-base"
 
@@ -75,7 +75,7 @@ class SamSegmenter(Segmenter):
             prompts["input_points"] = [[[list(point)] for point in points]]
         if boxes:
             prompts["input_boxes"] = [[[b.x_min, b.y_min, b.x_max, b.y_max] for b in boxes]]
-        torch, _ = torch_modules()
+        torch = require("torch")
         inputs = self._processor(images=image_rgb, return_tensors="pt", **prompts)
         with torch.inference_mode():
             outputs = self._model(**{k: _placed(v, self._device) for k, v in inputs.items()}, multimask_output=True)
@@ -107,10 +107,9 @@ def load_sam(model_id: str = "", device: str = "auto", *, boxes_as_points: bool 
     """Load SAM by name or folder.
 
     Raises:
-        BackendUnavailableError: torch, transformers or the weights are missing.
+        NotInstalledError, ModelNotFoundError: torch, transformers or the weights are missing.
+        InvalidConfigError: a GPU is asked for and there is none.
     """
-    _, transformers = torch_modules()
     name = model_id or DEFAULT_MODEL
-    model = pretrained(transformers.SamModel.from_pretrained, name)
-    processor = pretrained(transformers.SamProcessor.from_pretrained, name)
-    return SamSegmenter(model, processor, name, boxes_as_points=boxes_as_points, device=device_named(device))
+    model, processor = load_with_processor("SamModel", "SamProcessor", name)
+    return SamSegmenter(model, processor, name, boxes_as_points=boxes_as_points, device=pick_device(device))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from uncom_language.exceptions import ModelNotFoundError, NotInstalledError
+from uncom_common.exceptions import InvalidConfigError, ModelNotFoundError, NotInstalledError
 
 _HUB_TIMEOUT_S = 5.0
 
@@ -27,15 +27,39 @@ def require(module: str) -> Any:
         raise NotInstalledError(module.partition(".")[0]) from error
 
 
-def pick_device(device: str) -> tuple[str, Any]:
-    """Return the device and the number format of weights: bfloat16 on a GPU, float32 else.
+def pick_device(name: str) -> str:
+    """Return a device as PyTorch names it; "auto" is the GPU where there is one.
 
-    Args:
-        device: "auto", "cpu", "cuda" or as PyTorch names it.
+    Raises:
+        NotInstalledError: torch is missing.
+        InvalidConfigError: a GPU is asked for and there is none.
     """
+    available = require("torch").cuda.is_available()
+    if name == "auto":
+        return "cuda" if available else "cpu"
+    if name.startswith("cuda") and not available:
+        raise InvalidConfigError("device", name, "torch sees no GPU; use cpu")
+    return name
+
+
+def weights_format(device: str) -> Any:
+    """Return the number format of the weights of large models: bfloat16 on a GPU, else float32."""
     torch = require("torch")
-    chosen = ("cuda" if torch.cuda.is_available() else "cpu") if device == "auto" else device
-    return chosen, torch.bfloat16 if chosen.startswith("cuda") else torch.float32
+    return torch.bfloat16 if device.startswith("cuda") else torch.float32
+
+
+def load_with_processor(model: str, processor: str, name: str) -> tuple[Any, Any]:
+    """Load a model and its processor by their classes in Transformers, without bars and notes on the way.
+
+    Raises:
+        NotInstalledError: torch or transformers is missing.
+        ModelNotFoundError: see load_pretrained.
+    """
+    require("torch")
+    transformers = require("transformers")
+    transformers.logging.set_verbosity_error()
+    transformers.logging.disable_progress_bar()
+    return load_pretrained(getattr(transformers, model), name), load_pretrained(getattr(transformers, processor), name)
 
 
 def load_pretrained(kind: Any, name: str, **options: Any) -> Any:
