@@ -8,7 +8,7 @@ metre.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -75,13 +75,8 @@ def _base_surface(polygon: Polygon | None, height: float, config: PlacingConfig,
     transform = np.eye(4)
     transform[2, 3] = -height
     y = config.shoulder_y_m
-    return Surface(
-        polygon,
-        metric=True,
-        unit=1.0,
-        right=np.array([0.0, -1.0]) * sign,
-        far=np.array([1.0, 0.0]) * sign,
-        scene_to_plane=transform,
+    return replace(
+        _in_metres(polygon, transform, sign),
         reach=((0.0, y), (0.0, -y)),
         reach_min=config.reach_min_m,
         reach_max=config.reach_max_m,
@@ -100,9 +95,12 @@ def _metric_surface(scene: Scene, table: TableSurface, config: PlacingConfig, si
     transform = np.eye(4)
     transform[:3, :3] = rotation
     transform[:3, 3] = -rotation @ table.polygon.mean(axis=0)
-    outline = _valid(Polygon(apply(transform, table.polygon)[:, :2]))
+    return _in_metres(_valid(Polygon(apply(transform, table.polygon)[:, :2])), transform, sign)
+
+
+def _in_metres(polygon: Polygon | None, transform: FloatArray, sign: float) -> Surface:
     return Surface(
-        outline,
+        polygon,
         metric=True,
         unit=1.0,
         right=np.array([0.0, -1.0]) * sign,
