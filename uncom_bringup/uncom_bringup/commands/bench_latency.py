@@ -10,7 +10,15 @@ from pathlib import Path
 from typing import Any
 
 from uncom_bringup import output
-from uncom_bringup.commands.common import SubParsers, add_json, natural_number, output_folder, simulator_needed
+from uncom_bringup.commands.common import (
+    SubParsers,
+    add_json,
+    add_output,
+    add_parameters,
+    natural_number,
+    output_folder,
+    simulator_needed,
+)
 
 
 def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
@@ -23,9 +31,8 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     parser.add_argument("bags", nargs="*", metavar="BAG", help="bags to play; without, takes are made by the simulator")
     parser.add_argument("--seed", type=natural_number, default=0, help="of the takes that are made (default: 0)")
     parser.add_argument("--takes", type=natural_number, default=8, metavar="N", help="how many are made (default: 8)")
-    parser.add_argument("--out", metavar="DIR", help="where to leave the nodes' logs (default: a new folder)")
-    parser.add_argument("--force", action="store_true", help="write into --out though it holds something")
-    parser.add_argument("--params-file", action="append", default=[], metavar="YAML", help="node parameters over ours")
+    add_output(parser, "the nodes' logs")
+    add_parameters(parser)
     add_json(parser)
     parser.set_defaults(run=run)
 

@@ -8,7 +8,15 @@ import os
 from pathlib import Path
 
 from uncom_bringup import output
-from uncom_bringup.commands.common import SubParsers, add_json, natural_number, output_folder, simulator_needed
+from uncom_bringup.commands.common import (
+    SubParsers,
+    add_json,
+    add_output,
+    add_parameters,
+    natural_number,
+    output_folder,
+    simulator_needed,
+)
 
 
 def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
@@ -22,8 +30,7 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     parser.add_argument("--takes", type=_count, metavar="N", help="only so many takes, spread over the scenarios")
     parser.add_argument("--scenarios", type=_numbers, default=(), metavar="LIST", help="only these, e.g. 1,4,7-9")
     parser.add_argument("--jobs", type=_count, default=os.cpu_count() or 1, metavar="N", help="processes at a time")
-    parser.add_argument("--out", metavar="DIR", help="where to leave the results (default: a new folder)")
-    parser.add_argument("--force", action="store_true", help="write into --out though it holds something")
+    add_output(parser, "the results")
     parser.add_argument("--cache", metavar="DIR", help="where takes are kept, about 8 MB each (default: user's cache)")
     parser.add_argument("--bags", metavar="DIR", help="also write every take as a bag (.mcap) there, about 4 MB each")
     parser.add_argument("--fresh", action="store_true", help="forget what an interrupted run has left")
@@ -31,7 +38,7 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--stress", action="store_true", help="curves instead: blur, light, distractors, landmarks, word times, words"
     )
-    parser.add_argument("--params-file", action="append", default=[], metavar="YAML", help="node parameters over ours")
+    add_parameters(parser)
     add_json(parser)
     parser.set_defaults(run=run)
 

@@ -24,6 +24,17 @@ def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output, nothing else there")
 
 
+def add_output(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add `--out`, where to leave what there is to leave, and `--force`; see output_folder."""
+    parser.add_argument("--out", metavar="DIR", help=f"where to leave {what} (default: a new folder)")
+    parser.add_argument("--force", action="store_true", help="write into --out though it holds something")
+
+
+def add_parameters(parser: argparse.ArgumentParser) -> None:
+    """Add `--params-file`; it may be given several times."""
+    parser.add_argument("--params-file", action="append", default=[], metavar="YAML", help="node parameters over ours")
+
+
 @contextmanager
 def simulator_needed(otherwise: str = "`uncom doctor` says what is") -> Iterator[None]:
     """Import parts of the simulator in this context; `otherwise` is said to whoever has it not.

@@ -10,6 +10,8 @@ from uncom_bringup import output, progress
 from uncom_bringup.commands.common import (
     SubParsers,
     add_json,
+    add_output,
+    add_parameters,
     natural_number,
     output_folder,
     positive_float,
@@ -29,12 +31,11 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     parser.add_argument("--scene", metavar="FILE", help="your own scene (JSON) instead of a scenario")
     parser.add_argument("--say", metavar="TEXT", help="another sentence than the scene's")
     parser.add_argument("--seed", type=natural_number, default=0, help="places, voice, hand, light (default: 0)")
-    parser.add_argument("--out", metavar="DIR", help="where to leave report, video, bag (default: a new folder)")
-    parser.add_argument("--force", action="store_true", help="write into --out though it holds something")
+    add_output(parser, "report, video, bag")
     parser.add_argument("--timeout", type=positive_float, default=240.0, metavar="S", help="give up after (wall time)")
     parser.add_argument("--no-video", action="store_true", help="leave out video.mp4")
     parser.add_argument("--no-bag", action="store_true", help="leave out run.mcap")
-    parser.add_argument("--params-file", action="append", default=[], metavar="YAML", help="node parameters over ours")
+    add_parameters(parser)
     add_json(parser)
     parser.set_defaults(run=run)
 

@@ -11,7 +11,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from uncom_bringup import output, progress
-from uncom_bringup.commands.common import SubParsers, add_json, output_folder, positive_float
+from uncom_bringup.commands.common import (
+    SubParsers,
+    add_json,
+    add_output,
+    add_parameters,
+    output_folder,
+    positive_float,
+)
 from uncom_bringup.exceptions import BadInputError
 
 _VIDEO = (".mp4", ".mkv", ".mov", ".avi", ".webm")
@@ -29,9 +36,8 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
         "file", metavar="FILE", help="bag with /audio and the head camera's images, or a video (.mp4, .mov, ...)"
     )
     parser.add_argument("--rate", type=positive_float, metavar="R", help="at most R times as fast as it was recorded")
-    parser.add_argument("--out", metavar="DIR", help="where to leave the report (default: a new folder)")
-    parser.add_argument("--force", action="store_true", help="write into --out though it holds something")
-    parser.add_argument("--params-file", action="append", default=[], metavar="YAML", help="node parameters over ours")
+    add_output(parser, "the report")
+    add_parameters(parser)
     add_json(parser)
     parser.set_defaults(run=run)
 
