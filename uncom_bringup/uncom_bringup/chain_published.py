@@ -81,7 +81,7 @@ def decide_as_published(evidence: Evidence, hands: Sequence[HandsFrame]) -> Grou
 
 def finger(hands: Sequence[HandsFrame], end_s: float) -> Line | None:
     """Return the finger in the frame at a time, or in the nearest frame of another time up to 0.03 s away."""
-    offsets = [0.0] + [sign * 0.01 * k for k in range(1, 4) for sign in (-1.0, 1.0)]
+    offsets = [0.0] + [sign * RETRY_S * k / 3 for k in range(1, 4) for sign in (-1.0, 1.0)]
     for offset in offsets:
         frame = min(hands, key=lambda f: abs(f.stamp_s - end_s - offset), default=None)
         if frame is not None and frame.hands:

@@ -15,14 +15,6 @@ def test_deprojected_pixel_projects_back(u, v, z):
     assert np.allclose(CAMERA.project(point), [[u, v]], atol=1e-6)
 
 
-def test_point_image_agrees_with_single_pixels():
-    depth = np.full((480, 640), np.nan, np.float32)
-    depth[100, 200] = 1.5
-    points = CAMERA.deproject_image(depth)
-    assert np.allclose(points[100, 200], CAMERA.deproject([[200, 100]], [1.5])[0], atol=1e-5)
-    assert np.isnan(points[0, 0]).all()
-
-
 def test_points_behind_the_camera_have_no_pixel():
     assert np.isnan(CAMERA.project([[0.1, 0.1, -1.0]])).all()
 

@@ -47,12 +47,6 @@ class PinholeCamera:
         z = np.atleast_1d(np.asarray(depth, dtype=float))
         return np.column_stack([(uv[:, 0] - self.cx) / self.fx * z, (uv[:, 1] - self.cy) / self.fy * z, z])
 
-    def deproject_image(self, depth: npt.NDArray[np.floating]) -> npt.NDArray[np.float32]:
-        """Turn a depth image (H, W) [m] into a point image (H, W, 3) [m]; unknown depth (NaN or 0) stays NaN."""
-        z = np.where(depth > 0.0, depth, np.nan).astype(np.float32)
-        v, u = np.mgrid[0 : depth.shape[0], 0 : depth.shape[1]].astype(np.float32)
-        return np.stack([(u - self.cx) / self.fx * z, (v - self.cy) / self.fy * z, z], axis=-1).astype(np.float32)
-
     def ray(self, pixel: npt.ArrayLike) -> FloatArray:
         """Return the unit direction (3,) in the optical frame that a pixel (2,) looks along."""
         u, v = np.asarray(pixel, dtype=float)

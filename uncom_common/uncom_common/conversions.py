@@ -3,18 +3,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from builtin_interfaces.msg import Duration, Time
-from geometry_msgs.msg import Point, Pose, Transform, TransformStamped, Vector3
+from geometry_msgs.msg import Point, Pose, TransformStamped, Vector3
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import Header
 
 from uncom_common.camera import PinholeCamera
 from uncom_common.exceptions import ImageFormatError
-from uncom_common.transforms import FloatArray, StampedTransform, matrix_from_pose, pose_from_matrix
+from uncom_common.transforms import FloatArray, StampedTransform, matrices_from_poses, matrix_from_pose, pose_from_matrix
 
 
 def seconds_from_msg(msg: Time | Duration) -> float:
@@ -72,10 +73,22 @@ def pose_to_msg(matrix: npt.ArrayLike) -> Pose:
 
 def stamped_transform_from_msg(msg: TransformStamped) -> StampedTransform:
     """Read a stamped transform."""
-    t: Transform = msg.transform
-    q = t.rotation
-    matrix = matrix_from_pose(vector_from_msg(t.translation), (q.x, q.y, q.z, q.w))
-    return StampedTransform(seconds_from_msg(msg.header.stamp), msg.header.frame_id, msg.child_frame_id, matrix)
+    return stamped_transforms_from_msg((msg,))[0]
+
+
+def stamped_transforms_from_msg(msgs: Sequence[TransformStamped]) -> tuple[StampedTransform, ...]:
+    """Read the transforms of a tf message; all at once, since a robot sends some sixty of them fifty times a second."""
+    if not msgs:
+        return ()
+    moves = [msg.transform for msg in msgs]
+    matrices = matrices_from_poses(
+        np.array([(t.translation.x, t.translation.y, t.translation.z) for t in moves]),
+        np.array([(t.rotation.x, t.rotation.y, t.rotation.z, t.rotation.w) for t in moves]),
+    )
+    return tuple(
+        StampedTransform(seconds_from_msg(msg.header.stamp), msg.header.frame_id, msg.child_frame_id, matrix)
+        for msg, matrix in zip(msgs, matrices, strict=True)
+    )
 
 
 def stamped_transform_to_msg(transform: StampedTransform) -> TransformStamped:

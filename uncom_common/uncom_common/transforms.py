@@ -23,10 +23,15 @@ FloatArray = npt.NDArray[np.float64]
 
 def matrix_from_pose(position: npt.ArrayLike, quaternion_xyzw: npt.ArrayLike) -> FloatArray:
     """Build a (4, 4) transform from a position (3,) [m] and a quaternion (4,) in x y z w order."""
-    matrix = np.eye(4)
-    matrix[:3, :3] = Rotation.from_quat(np.asarray(quaternion_xyzw, dtype=float)).as_matrix()
-    matrix[:3, 3] = np.asarray(position, dtype=float)
-    return matrix
+    return matrices_from_poses(np.asarray(position, dtype=float)[None], np.asarray(quaternion_xyzw, dtype=float)[None])[0]
+
+
+def matrices_from_poses(positions: FloatArray, quaternions_xyzw: FloatArray) -> FloatArray:
+    """Build transforms (N, 4, 4) from positions (N, 3) [m] and quaternions (N, 4) in x y z w order."""
+    matrices = np.tile(np.eye(4), (len(positions), 1, 1))
+    matrices[:, :3, :3] = Rotation.from_quat(quaternions_xyzw).as_matrix()
+    matrices[:, :3, 3] = positions
+    return matrices
 
 
 def pose_from_matrix(matrix: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:

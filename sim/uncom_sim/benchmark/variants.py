@@ -20,7 +20,6 @@ from uncom_sim.benchmark.staging import same_request
 from uncom_sim.benchmark.truth_scene import true_scene
 from uncom_sim.benchmark.values import TakePlan
 
-NAMES = ("published", "true_words", "true_detections", "no_gesture", "gesture_only", "swapped_words")
 _MARKS = ".,!?;:\"'"
 
 
