@@ -15,7 +15,13 @@ from std_msgs.msg import Header
 
 from uncom_common.camera import PinholeCamera
 from uncom_common.exceptions import ImageFormatError
-from uncom_common.transforms import FloatArray, StampedTransform, matrices_from_poses, matrix_from_pose, pose_from_matrix
+from uncom_common.transforms import (
+    FloatArray,
+    StampedTransform,
+    matrices_from_poses,
+    matrix_from_pose,
+    pose_from_matrix,
+)
 
 
 def seconds_from_msg(msg: Time | Duration) -> float:

@@ -15,8 +15,8 @@ from tf2_msgs.msg import TFMessage
 from uncom_common.conversions import (
     camera_from_msg,
     seconds_from_msg,
-    stamped_transform_from_msg,
     stamped_transform_to_msg,
+    stamped_transforms_from_msg,
 )
 from uncom_common.transforms import StampedTransform
 from uncom_perception.conversions import hands_from_msg
@@ -64,8 +64,8 @@ class Looking:
         self._senses.hands.add(seconds_from_msg(msg.header.stamp), SeenHands(hands_from_msg(msg), msg))
 
     def _on_tf(self, msg: TFMessage, *, static: bool) -> None:
-        for transform in msg.transforms:
-            self._senses.transforms.add(stamped_transform_from_msg(transform), static=static)
+        for transform in stamped_transforms_from_msg(msg.transforms):
+            self._senses.transforms.add(transform, static=static)
 
     def ready(self) -> bool:
         """Whether the detector is there."""

@@ -15,7 +15,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image, JointState
 from tf2_msgs.msg import TFMessage
-from uncom_common.conversions import seconds_from_msg, stamped_transform_from_msg, stamped_transform_to_msg
+from uncom_common.conversions import seconds_from_msg, stamped_transform_to_msg, stamped_transforms_from_msg
 from uncom_common.exceptions import TransformError
 from uncom_common.transforms import StampedTransform, TransformBuffer
 from uncom_perception.conversions import scene_from_response
@@ -107,12 +107,12 @@ class RosRobot(RobotInterface):
             self._joints_stamp = now
 
     def _on_tf(self, msg: TFMessage) -> None:
-        for transform in msg.transforms:
-            self._tree.add(stamped_transform_from_msg(transform))
+        for transform in stamped_transforms_from_msg(msg.transforms):
+            self._tree.add(transform)
 
     def _on_tf_static(self, msg: TFMessage) -> None:
-        for transform in msg.transforms:
-            self._tree.add(stamped_transform_from_msg(transform), static=True)
+        for transform in stamped_transforms_from_msg(msg.transforms):
+            self._tree.add(transform, static=True)
 
     def _now(self) -> float:
         return float(self._node.get_clock().now().nanoseconds) * 1e-9
