@@ -110,10 +110,8 @@ def single_problems(
     while made < count:
         side = SIDES[made % 2]
         group = robot.group(side, start)
-        checker = CollisionChecker(group, tabletop_solids(rng, int(rng.integers(6, 13))))
         home = group.clamp(group.vector(start))
-        if not checker.is_free(home):
-            checker.relax_at(home)
+        checker = _checker(group, tabletop_solids(rng, int(rng.integers(6, 13))), home)
         solver = IkSolver(group, seed)
         for _ in range(20):
             try:
@@ -125,6 +123,14 @@ def single_problems(
             made += 1
             yield checker, home, goal
             break
+
+
+def _checker(group: ArmGroup, solids: tuple[Obstacle, ...], home: FloatArray) -> CollisionChecker:
+    """Return a checker for which the arm may be at home, whatever it is said to touch there."""
+    checker = CollisionChecker(group, solids)
+    if not checker.is_free(home):
+        checker.relax_at(home)
+    return checker
 
 
 def _pregrasp(rng: np.random.Generator, sign: float) -> FloatArray:
@@ -152,10 +158,8 @@ def shelf_problems(
     boards = [((0.72, 0.25, TABLE_Z + 0.42), (0.3, 0.6, 0.02)), ((0.72, 0.56, TABLE_Z + 0.21), (0.3, 0.02, 0.42))]
     boards += [((0.72, -0.06, TABLE_Z + 0.21), (0.3, 0.02, 0.42)), ((0.88, 0.25, TABLE_Z + 0.21), (0.02, 0.6, 0.42))]
     solids = tuple(Obstacle("shelf", "box", size, upright(np.array(at), 0.0)) for at, size in boards)
-    checker = CollisionChecker(group, (*tabletop_solids(rng, 0), *solids))
     home = group.clamp(group.vector(start))
-    if not checker.is_free(home):
-        checker.relax_at(home)
+    checker = _checker(group, (*tabletop_solids(rng, 0), *solids), home)
     solver = IkSolver(group, seed)
     for _ in range(10):
         pose = _hand((rng.uniform(0.56, 0.62), rng.uniform(0.12, 0.38), TABLE_Z + rng.uniform(0.14, 0.24)), 0.1, 0.0)

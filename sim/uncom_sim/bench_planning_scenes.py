@@ -52,25 +52,27 @@ def pick_and_place(rng: np.random.Generator, count: int, side: float) -> Manipul
         if np.hypot(goal[0] - thing[0], goal[1] - thing[1]) > 0.2:
             break
     into = bool(rng.random() < 0.5)
-    seen = [_detection("ball", _ball(*thing, float(rng.uniform(0.025, 0.036)), rng))]
+    seen = [detection("ball", _ball(*thing, float(rng.uniform(0.025, 0.036)), rng))]
     if into:
-        seen.append(_detection("bowl", _bowl(*goal, rng)))
+        seen.append(detection("bowl", _bowl(*goal, rng)))
     for i, (x, y) in enumerate(_places(rng, count - len(seen), [thing, goal])):
-        seen.append(_detection(f"thing{i}", _box(x, y, rng) if i % 2 else _cylinder(x, y, rng)))
+        seen.append(detection(f"thing{i}", _box(x, y, rng) if i % 2 else _cylinder(x, y, rng)))
     pose = None if into else upright(np.array([*goal, TABLE_Z]), 0.0)
     return ManipulationTask(
-        "bench", 0, "put_in" if into else "place", "in" if into else "none", seen[0], tuple(seen), _table(),
+        "bench", 0, "put_in" if into else "place", "in" if into else "none", seen[0], tuple(seen), flat_table(),
         seen[1] if into else None, pose, "ball", "bowl" if into else "",
     )  # fmt: skip
 
 
-def _table() -> TableSurface:
+def flat_table() -> TableSurface:
+    """Return a table of half a metre by one as it is seen, in the base frame."""
     corners = np.array([[0.45, -0.5], [0.95, -0.5], [0.95, 0.5], [0.45, 0.5]])
     polygon = np.column_stack([corners, np.full(4, TABLE_Z)])
     return TableSurface(polygon, np.array([0.0, 0.0, 1.0]), np.zeros((0, 2)))
 
 
-def _detection(name: str, cloud: FloatArray) -> Detection:
+def detection(name: str, cloud: FloatArray) -> Detection:
+    """Return a thing of which the points (N, 3) [m] are known and no picture."""
     pose = np.eye(4)
     pose[:3, 3] = cloud.mean(axis=0)
     geometry = Geometry(cloud.mean(axis=0), pose, np.ptp(cloud, axis=0), cloud.astype(np.float32))

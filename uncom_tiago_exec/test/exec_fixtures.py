@@ -6,15 +6,14 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from uncom_perception.types import Box, Detection, Geometry, TableSurface
+from uncom_sim.bench_planning_scenes import TABLE_Z, flat_table
 from uncom_sim.robot.description import tiago_urdf
+from uncom_sim.robot.names import home_positions
 from uncom_tiago_exec.obstacles import upright
-from uncom_tiago_exec.robot_model import RobotModel, arm_joints, finger_joints
-from uncom_tiago_exec.types import SIDES, ManipulationTask
+from uncom_tiago_exec.robot_model import RobotModel
+from uncom_tiago_exec.types import ManipulationTask
 
-TABLE_Z = 0.72
 CAMERA = np.array([0.22, 0.0, 1.42])
-HOME = (-1.1, 1.4679, 2.714, 1.7095, -1.5708, 1.3898, 0.0)
 
 
 @cache
@@ -23,17 +22,7 @@ def robot() -> RobotModel:
 
 
 def start_positions() -> dict[str, float]:
-    positions = {"torso_lift_joint": 0.35, "head_1_joint": 0.0, "head_2_joint": -0.95}
-    for side in SIDES:
-        positions |= dict(zip(arm_joints(side), HOME, strict=True))
-        positions |= dict.fromkeys(finger_joints(side), 0.02)
-    return positions
-
-
-def table() -> TableSurface:
-    corners = np.array([[0.45, -0.5], [0.95, -0.5], [0.95, 0.5], [0.45, 0.5]])
-    polygon = np.column_stack([corners, np.full(4, TABLE_Z)])
-    return TableSurface(polygon, np.array([0.0, 0.0, 1.0]), np.zeros((0, 2)))
+    return home_positions(0.35, (0.0, -0.95), 0.02)
 
 
 def _standing(points, normals, x, y, yaw, rng):
@@ -107,17 +96,10 @@ def dish_cloud(x, y, radius, height, rng, count=9000):
     return _standing(points, np.tile([0.0, 0.0, 1.0], (count, 1)), x, y, 0.0, rng)
 
 
-def detection(name, cloud):
-    pose = np.eye(4)
-    pose[:3, 3] = cloud.mean(axis=0)
-    geometry = Geometry(cloud.mean(axis=0), pose, np.ptp(cloud, axis=0), cloud.astype(np.float32))
-    return Detection(name, name, 1.0, Box(0.0, 0.0, 1.0, 1.0), np.zeros((1, 1), dtype=bool), geometry)
-
-
 def make_task(things, primitive, target=None, place=None, relation="none"):
     """Move the first of the detections to the target's name or to a place (x, y)."""
     pose = None if place is None else upright(np.array([place[0], place[1], TABLE_Z]), 0.0)
     goal = next((d for d in things if d.id == target), None)
     return ManipulationTask(
-        "u1", 0, primitive, relation, things[0], tuple(things), table(), goal, pose, things[0].label, target or ""
+        "u1", 0, primitive, relation, things[0], tuple(things), flat_table(), goal, pose, things[0].label, target or ""
     )

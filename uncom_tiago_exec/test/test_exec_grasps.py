@@ -3,7 +3,8 @@
 
 import numpy as np
 import pytest
-from exec_fixtures import TABLE_Z, ball_cloud, bowl_cloud, box_cloud, cylinder_cloud, detection, make_task, robot
+from exec_fixtures import TABLE_Z, ball_cloud, bowl_cloud, box_cloud, cylinder_cloud, make_task, robot
+from uncom_sim.bench_planning_scenes import detection
 from uncom_tiago_exec.exceptions import RefusedError
 from uncom_tiago_exec.grasps import grasp_candidates
 from uncom_tiago_exec.obstacles import solids_of

@@ -11,14 +11,13 @@ from exec_fixtures import (
     bowl_cloud,
     box_cloud,
     cylinder_cloud,
-    detection,
     dish_cloud,
     make_task,
     robot,
     start_positions,
-    table,
 )
 from uncom_perception.types import Scene
+from uncom_sim.bench_planning_scenes import detection, flat_table
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.engine import Engine, reversed_trajectory
 from uncom_tiago_exec.exceptions import MotionError, RefusedError, StoppedError, UnreachableError
@@ -126,7 +125,7 @@ def run(widths, after=None, stop_at=None, primitive="put_in"):
         detection("lemon", ball_cloud(0.6, -0.08, 0.027, np.random.default_rng(1)) + np.array([0, 0, 0.01])),
         *things[1:],
     ]
-    scene = Scene(0.0, "base_footprint", tuple(moved if after is None else after), table(), (), "test")
+    scene = Scene(0.0, "base_footprint", tuple(moved if after is None else after), flat_table(), (), "test")
     told = []
     machine = ObedientRobot(scene, widths, stop_at)
     engine = Engine(robot(), machine, CONFIG, told.append)
@@ -193,7 +192,7 @@ def test_after_a_fault_the_arm_goes_home_with_what_it_holds():
                 raise MotionError("arm_left_controller gave up: test")
 
     things = lemon_and_bowl(np.random.default_rng(0))
-    machine = Faulty(Scene(0.0, "base_footprint", tuple(things), table(), (), "test"), [0.05])
+    machine = Faulty(Scene(0.0, "base_footprint", tuple(things), flat_table(), (), "test"), [0.05])
     outcome = Engine(robot(), machine, CONFIG, lambda _: None).execute(make_task(things, "put_in", target="bowl"))
     assert not outcome.success
     assert outcome.in_hand == "lemon"
@@ -237,7 +236,7 @@ def test_what_was_picked_up_can_be_set_down_by_the_next_command():
     things = lemon_and_bowl(np.random.default_rng(0))
     in_bowl = ball_cloud(0.6, -0.08, 0.027, np.random.default_rng(1)) + np.array([0, 0, 0.01])
     after = [detection("lemon", in_bowl), *things[1:]]
-    machine = ObedientRobot(Scene(0.0, "base_footprint", tuple(after), table(), (), "test"), [0.05])
+    machine = ObedientRobot(Scene(0.0, "base_footprint", tuple(after), flat_table(), (), "test"), [0.05])
     engine = Engine(robot(), machine, CONFIG, lambda _: None)
     first = engine.execute(make_task(things, "pick"))
     assert first.success
@@ -255,7 +254,7 @@ def test_after_a_stop_the_next_command_begins_with_going_home():
     things = lemon_and_bowl(np.random.default_rng(0))
     in_bowl = ball_cloud(0.6, -0.08, 0.027, np.random.default_rng(1)) + np.array([0, 0, 0.01])
     after = [detection("lemon", in_bowl), *things[1:]]
-    machine = ObedientRobot(Scene(0.0, "base_footprint", tuple(after), table(), (), "test"), [0.05], stop_at=2)
+    machine = ObedientRobot(Scene(0.0, "base_footprint", tuple(after), flat_table(), (), "test"), [0.05], stop_at=2)
     engine = Engine(robot(), machine, CONFIG, lambda _: None)
     assert engine.execute(make_task(things, "put_in", target="bowl")).stage != Stage.DONE
     away = max(abs(machine.joints[n] - v) for n, v in start_positions().items() if "finger" not in n)
@@ -288,12 +287,12 @@ class ShortArmed(ObedientRobot):
 def test_what_is_out_of_reach_is_reached_by_driving_nearer_and_back():
     rng = np.random.default_rng(5)
     can = detection("can", cylinder_cloud(0.86, 0.2, 0.033, 0.11, rng))
-    machine = ShortArmed(Scene(0.0, "base_footprint", (can,), table(), (), "test"), [0.066])
+    machine = ShortArmed(Scene(0.0, "base_footprint", (can,), flat_table(), (), "test"), [0.066])
     outcome = Engine(robot(), machine, CONFIG, lambda _: None).execute(make_task([can], "pick"))
     assert outcome.success, outcome.reason
     assert machine.driven[0] > 0.0
     assert machine.ahead == pytest.approx(0.0, abs=1e-9)
-    fixed = ShortArmed(Scene(0.0, "base_footprint", (can,), table(), (), "test"), [0.066])
+    fixed = ShortArmed(Scene(0.0, "base_footprint", (can,), flat_table(), (), "test"), [0.066])
     refused = Engine(robot(), fixed, replace(CONFIG, drive_base=False), lambda _: None).execute(
         make_task([can], "pick")
     )
