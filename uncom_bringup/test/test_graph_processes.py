@@ -5,7 +5,10 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import pytest
 import yaml
@@ -82,6 +85,36 @@ def test_a_node_stops_on_request_by_itself(tmp_path):
         graph.stop(patience_s=TIMEOUT_S)
         assert process.returncode == 0
         assert "Traceback" not in (tmp_path / "language_node.log").read_text()
+
+
+STARTER_PROGRAM = """
+import sys, threading
+from pathlib import Path
+from uncom_bringup.graph import GraphProcesses, NodeSpec
+graph = GraphProcesses(Path(sys.argv[1]), int(sys.argv[2]))
+graph.start(NodeSpec("language_node", "uncom_language", "LanguageNode"))
+print(graph._running[0].process.pid, flush=True)
+threading.Event().wait()
+"""
+
+
+def test_no_node_outlives_a_starter_that_was_killed(tmp_path):
+    with DomainClaim() as claim:
+        command = [sys.executable, "-c", STARTER_PROGRAM, str(tmp_path), str(claim.domain)]
+        starter = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        node = int(starter.stdout.readline())
+        wait_for(lambda: "understanding" in (tmp_path / "language_node.log").read_text())
+        starter.kill()
+        starter.wait()
+        wait_for(lambda: not is_running(node))
+
+
+def is_running(pid: int) -> bool:
+    """Whether a process is there and no zombie that nobody has asked for."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
 
 
 def test_a_module_that_does_not_exist_is_reported(tmp_path):

@@ -257,3 +257,29 @@ def test_no_number_that_json_cannot_hold_gets_out():
     plain = plain_from_msg(msg)
     assert plain["object_probability"] is None
     assert plain["latency_s"] is None
+
+
+@pytest.mark.parametrize(
+    ("kind", "names", "constants"),
+    [
+        ("Command", kinds.ACT_NAMES, "ACT_{}"),
+        ("GroundedCommand", kinds.STATUS_NAMES, "{}"),
+    ],
+)
+def test_every_act_and_status_that_a_message_can_hold_has_its_name(kind, names, constants):
+    numbers = {constants.format(name.upper()): number for number, name in enumerate(names)}
+    told = message_class(f"uncom_interfaces/msg/{kind}")
+    assert {name: getattr(told, name) for name in numbers} == numbers
+    # The constants of a message class are the attributes of its metaclass in capitals.
+    meant = [name for name in dir(type(told)) if name.isupper() and name.startswith(constants.format(""))]
+    assert set(numbers) >= {name for name in meant if isinstance(getattr(told, name), int)}
+
+
+def test_a_command_that_was_taken_back_has_a_page(tmp_path):
+    status = message_class("uncom_interfaces/msg/GroundedCommand").CANCELLED
+    grounded = message("GroundedCommand", status=status, reason="you said no")
+    command = event(kinds.COMMAND, message("Command", text=" ".join(WORDS)), 20.1)
+    run = RunRecord((transcript(), command, event(kinds.GROUNDED, grounded, 21.0)))
+    artifacts.write_all(tmp_path, "t", run, Outcome(False, "you said no"), {}, heard="", span_s=(9, 22))
+    assert "you said no" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "cancelled" in (tmp_path / "report.html").read_text(encoding="utf-8")

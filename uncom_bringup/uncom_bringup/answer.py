@@ -11,7 +11,7 @@ from typing import Any
 
 from uncom_bringup import run_record as kinds
 from uncom_bringup import summary
-from uncom_bringup.run_record import ACT_NAMES, STATUS_NAMES, RunRecord
+from uncom_bringup.run_record import ACT_NAMES, STATUS_NAMES, RunRecord, name_of
 
 # Fields that tell of the machine and the moment, not of what was said and seen.
 _FLEETING = frozenset({"latency_s", "session"})
@@ -72,7 +72,7 @@ def _command(record: RunRecord, data: Mapping[str, Any], names: Mapping[str, str
     return {
         "utterance": names[str(data["utterance_id"])],
         "index": data["index"],
-        "act": _name(ACT_NAMES, data["act"]),
+        "act": name_of(ACT_NAMES, data["act"]),
         "reason": data["reason"],
         "text": data["text"],
         "object": _words(data["object"]),
@@ -83,17 +83,13 @@ def _command(record: RunRecord, data: Mapping[str, Any], names: Mapping[str, str
     }
 
 
-def _name(names: tuple[str, ...], number: int) -> str:
-    return names[number] if number < len(names) else str(number)
-
-
 def _words(reference: Mapping[str, Any]) -> str | None:
     return str(reference["text"]) if reference["present"] else None
 
 
 def _decision(data: Mapping[str, Any]) -> dict[str, Any]:
     return {
-        "status": _name(STATUS_NAMES, data["status"]),
+        "status": name_of(STATUS_NAMES, data["status"]),
         "reason": data["reason"],
         "object_probability": data["object_probability"],
         "target_probability": data["target_probability"],

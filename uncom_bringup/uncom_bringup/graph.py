@@ -18,6 +18,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from uncom_common.parent import STARTER
+
 from uncom_bringup.exceptions import BadInputError, GraphError
 
 _LOG = logging.getLogger(__name__)
@@ -118,6 +120,7 @@ class GraphProcesses:
             **os.environ,
             "ROS_DOMAIN_ID": str(domain),
             "PYTHONUNBUFFERED": "1",
+            STARTER: str(os.getpid()),
             # Seven processes share few cores: a thread pool in each only makes them wait for one another.
             **{name: os.environ.get(name, str(threads)) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")},
         }

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from uncom_bringup import run_record as kinds
-from uncom_bringup.run_record import ACT_COMMAND, ACT_NAMES, STATUS_GROUNDED, STATUS_NAMES, Event
+from uncom_bringup.run_record import ACT_COMMAND, ACT_NAMES, STATUS_GROUNDED, STATUS_NAMES, Event, name_of
 
 HEAD_WIDTH = 14
 
@@ -32,7 +32,7 @@ def _transcript(data: Mapping[str, Any]) -> str:
 
 def _command(data: Mapping[str, Any]) -> str:
     if data["act"] != ACT_COMMAND:
-        act = ACT_NAMES[data["act"]] if data["act"] < len(ACT_NAMES) else f"act {data['act']}"
+        act = name_of(ACT_NAMES, data["act"])
         return f"understood|{act}" + (f": {data['reason']}" if data["reason"] else "")
     return f"understood|{caption(data)}"
 
@@ -54,8 +54,7 @@ def _words(reference: Mapping[str, Any]) -> str:
 
 def _grounded(data: Mapping[str, Any]) -> str:
     if data["status"] != STATUS_GROUNDED:
-        status = STATUS_NAMES[data["status"]] if data["status"] < len(STATUS_NAMES) else str(data["status"])
-        return f"chosen|{status}: {data['reason']}"
+        return f"chosen|{name_of(STATUS_NAMES, data['status'])}: {data['reason']}"
     thing = data["object"]
     parts = [f"{thing['label'] or data['object_text']} {_where(thing)}, p={data['object_probability']:.2f}"]
     target = data["target"]

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,11 +19,16 @@ QUESTION = "question"
 
 # Constants of the messages.
 ACT_COMMAND = 0
-ACT_NAMES = ("command", "refused", "incomplete", "yes", "no", "stop", "cancel")
+ACT_NAMES = ("command", "refused", "incomplete", "yes", "no", "stop", "cancel", "fragment", "correction")
 STATUS_GROUNDED, STATUS_FAILED, STATUS_AMBIGUOUS = 0, 1, 2
-STATUS_NAMES = ("grounded", "failed", "ambiguous")
+STATUS_NAMES = ("grounded", "failed", "ambiguous", "cancelled")
 STAGE_IDLE, STAGE_DONE, STAGE_FAILED, STAGE_STOPPED = 0, 11, 12, 13
 SPEECH_IDLE, SPEECH_RECOGNISING = 0, 2
+
+
+def name_of(names: Sequence[str], number: int) -> str:
+    """Return the name of a constant, or its number where a message of a later version holds one without a name."""
+    return names[number] if number < len(names) else str(number)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
 from uncom_common.exceptions import UncomError
+from uncom_common.parent import end_with_starter
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -57,6 +58,7 @@ def run_node(make_node: Callable[[], Node], args: list[str] | None = None) -> in
     waits, and it is cheap: rclpy's multi-threaded executor takes three times the processor time for each message.
     """
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
+    end_with_starter()
     rclpy.init(args=args)
     node: Node | None = None
     executor = SingleThreadedExecutor()

@@ -23,9 +23,8 @@ FloatArray = npt.NDArray[np.float64]
 
 def matrix_from_pose(position: npt.ArrayLike, quaternion_xyzw: npt.ArrayLike) -> FloatArray:
     """Build a (4, 4) transform from a position (3,) [m] and a quaternion (4,) in x y z w order."""
-    return matrices_from_poses(np.asarray(position, dtype=float)[None], np.asarray(quaternion_xyzw, dtype=float)[None])[
-        0
-    ]
+    positions, quaternions = (np.asarray(part, dtype=float)[None] for part in (position, quaternion_xyzw))
+    return np.asarray(matrices_from_poses(positions, quaternions)[0])
 
 
 def matrices_from_poses(positions: FloatArray, quaternions_xyzw: FloatArray) -> FloatArray:

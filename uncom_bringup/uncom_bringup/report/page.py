@@ -16,7 +16,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescap
 from uncom_bringup import progress, summary
 from uncom_bringup import run_record as kinds
 from uncom_bringup.report import table_map, timeline
-from uncom_bringup.run_record import ACT_COMMAND, ACT_NAMES, STATUS_NAMES, Event, Frame, RunRecord
+from uncom_bringup.run_record import ACT_COMMAND, ACT_NAMES, STATUS_NAMES, Event, Frame, RunRecord, name_of
 
 _TEMPLATE = "report.html.j2"
 _ROLES = {
@@ -82,7 +82,7 @@ def _decision(event: Event, record: RunRecord) -> dict[str, Any]:
     command = event.data
     grounded = _grounded_of(record, command)
     explanation = record.explanation_of(command["utterance_id"], command["index"]) or {}
-    act = ACT_NAMES[command["act"]] if command["act"] < len(ACT_NAMES) else str(command["act"])
+    act = name_of(ACT_NAMES, command["act"])
     picture = _picture(record, grounded)
     return {
         "caption": progress.caption(command) if command["act"] == ACT_COMMAND else command["text"],
@@ -91,7 +91,7 @@ def _decision(event: Event, record: RunRecord) -> dict[str, Any]:
         "parse_reason": command["reason"],
         "primitive": command["primitive"],
         "relation": command["relation"],
-        "status": STATUS_NAMES[grounded.data["status"]] if grounded is not None else "",
+        "status": name_of(STATUS_NAMES, grounded.data["status"]) if grounded is not None else "",
         "reason": grounded.data["reason"] if grounded is not None else "",
         "picture": _data_uri(picture) if picture is not None else "",
         "tables": _tables(explanation),
