@@ -140,6 +140,40 @@ def test_a_late_or_early_gesture_still_belongs_to_its_word():
         assert not phrase_ray("object", Span(5.0, 5.5), dwells, weights).present
 
 
+@pytest.mark.parametrize("step_m", [0.08, 0.12, 0.2])
+def test_two_looks_that_a_slow_hand_joins_are_two(step_m):
+    """Object and place lie close together, and the hand moves from one to the other without a jump."""
+    weights = load_weights()
+    begin, end = np.array([0.62, 0.12, TABLE_Z]), np.array([0.62, 0.12 - step_m, TABLE_Z])
+    rng = np.random.default_rng(3)
+    hands = []
+    for stamp in np.arange(0.0, 2.0, 0.125):
+        share = float(np.clip((stamp - 0.9) / 0.3, 0.0, 1.0))
+        aim = (1 - share) * begin + share * end
+        tip = aim + np.array([0.16, -0.03, 0.13])
+        hands += pointing(tuple(aim), tuple(tip), np.array([stamp]), noise=0.02, rng=rng)
+    dwells = dwells_of(observe(hands, lambda _: POSE), weights)
+    first, second = Span(0.1, 0.6), Span(1.35, 1.8)
+    rays = [
+        phrase_ray("object", first, dwells, weights, (second,)),
+        phrase_ray("target", second, dwells, weights, (first,)),
+    ]
+    for ray, aim in zip(rays, (begin, end), strict=True):
+        space = max(ray.dwells, key=lambda entry: entry[1])[0].space
+        there = space.tip + space.direction * (TABLE_Z - space.tip[2]) / space.direction[2]
+        assert np.linalg.norm(there - aim) < 0.35 * step_m
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_wavering_hand_looks_at_one_thing(seed):
+    rng = np.random.default_rng(seed)
+    hands = []
+    for stamp in np.arange(0.0, 1.5, 0.125):
+        sway = 0.012 * np.sin(2 * np.pi * 1.1 * stamp + seed)
+        hands += pointing((0.6, 0.1 + sway, TABLE_Z), (0.8, 0.1, 0.9), np.array([stamp]), noise=0.02, rng=rng)
+    assert len(dwells_of(observe(hands, lambda _: POSE), load_weights())) == 1
+
+
 def test_this_without_a_gesture_and_with_a_choice_is_asked_about():
     """M11: no gesture is no crash, and no guess."""
     decision = ground(evidence(command(this("this")), LEMONS))

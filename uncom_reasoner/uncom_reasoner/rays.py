@@ -23,6 +23,10 @@ from uncom_reasoner.weights import Weights
 SPLIT_GAP_S = 0.45
 SPLIT_ANGLE_RAD = 0.45
 SPLIT_TIP_WIDTHS = 0.06  # of the image's width
+# Two looks that a slow hand joins: their means differ by this much, in one or both together.
+APART_TIP_WIDTHS = 0.03
+APART_ANGLE_RAD = 0.2
+LEAST_FRAMES = 2  # of a look
 OTHER_HAND = 0.3  # what a hand counts that the gesture node does not call the pointing one
 LEAST_SHARE = 0.4  # of the weight that makes a gesture: less is a hand passing by, more may be a hand seen late
 INDEPENDENT_FRAMES = 4.0  # errors of neighbouring frames are alike, so that more frames than these do not help
@@ -68,7 +72,8 @@ def dwells_of(observations: Sequence[RayObservation], weights: Weights) -> tuple
     for hand in sorted({o.hand for o in observations}):
         track = [o for o in observations if o.hand == hand]
         still = _stillness(track, weights.still_speed)
-        dwells.extend(_fuse([track[i] for i in part], [still[i] for i in part], weights) for part in _split(track))
+        looks = [look for part in _split(track) for look in _looks(part, track, still)]
+        dwells.extend(_fuse([track[i] for i in look], [still[i] for i in look], weights) for look in looks)
     return tuple(sorted(dwells, key=lambda d: d.stamps_s[0]))
 
 
@@ -101,6 +106,30 @@ def _split(track: Sequence[RayObservation]) -> list[list[int]]:
                 continue
         parts.append([i])
     return parts
+
+
+def _looks(part: list[int], track: Sequence[RayObservation], still: Sequence[float]) -> list[list[int]]:
+    """Divide a stretch without a jump where the hand has moved on slowly: in two, as unlike as can be, and so on."""
+    places = np.array([np.r_[track[i].tip_px / track[i].width / APART_TIP_WIDTHS, _unit(track[i])] for i in part])
+    weights = np.maximum([still[i] for i in part], 1e-6)[:, None]
+    mass, moment = weights.cumsum(axis=0), (weights * places).cumsum(axis=0)
+    cuts = np.arange(LEAST_FRAMES, len(part) - LEAST_FRAMES + 1)
+    if cuts.size == 0:
+        return [part]
+    before, after = mass[cuts - 1], mass[-1] - mass[cuts - 1]
+    distance = np.linalg.norm(moment[cuts - 1] / before - (moment[-1] - moment[cuts - 1]) / after, axis=1)
+    # What a cut takes away from the spread within the parts.
+    best = int(np.argmax((before * after)[:, 0] * distance**2))
+    if distance[best] < 1.0:
+        return [part]
+    cut = int(cuts[best])
+    return [*_looks(part[:cut], track, still), *_looks(part[cut:], track, still)]
+
+
+def _unit(observation: RayObservation) -> FloatArray:
+    """Return the direction in the image in units in which two looks are apart by 1."""
+    d = observation.direction_px
+    return np.asarray(d / (np.linalg.norm(d) * APART_ANGLE_RAD))
 
 
 def _angle(a: FloatArray, b: FloatArray) -> float:
