@@ -140,17 +140,17 @@ def test_a_late_or_early_gesture_still_belongs_to_its_word():
         assert not phrase_ray("object", Span(5.0, 5.5), dwells, weights).present
 
 
-@pytest.mark.parametrize("step_m", [0.08, 0.12, 0.2])
+@pytest.mark.parametrize("step_m", [0.08, 0.12, 0.16])
 def test_two_looks_that_a_slow_hand_joins_are_two(step_m):
-    """Object and place lie close together, and the hand moves from one to the other without a jump."""
+    """Object and place lie close together, and the hand turns from one to the other without a jump."""
     weights = load_weights()
-    begin, end = np.array([0.62, 0.12, TABLE_Z]), np.array([0.62, 0.12 - step_m, TABLE_Z])
+    begin, end = np.array([0.62, 0.12, TABLE_Z]), np.array([0.7, 0.12 - step_m, TABLE_Z])
     rng = np.random.default_rng(3)
     hands = []
     for stamp in np.arange(0.0, 2.0, 0.125):
         share = float(np.clip((stamp - 0.9) / 0.3, 0.0, 1.0))
         aim = (1 - share) * begin + share * end
-        tip = aim + np.array([0.16, -0.03, 0.13])
+        tip = begin + np.array([0.16, -0.03, 0.13]) + 0.3 * share * (end - begin)
         hands += pointing(tuple(aim), tuple(tip), np.array([stamp]), noise=0.02, rng=rng)
     dwells = dwells_of(observe(hands, lambda _: POSE), weights)
     first, second = Span(0.1, 0.6), Span(1.35, 1.8)
