@@ -20,6 +20,7 @@ from uncom_tiago_exec.types import Side, Trajectory
 
 from uncom_sim.camera.views import HEAD_CAMERA
 from uncom_sim.controllers.joint_trajectory import Outcome
+from uncom_sim.controllers.tolerances import GoalTolerances, Tolerance
 from uncom_sim.controllers.trajectory import Trajectory as Goal
 from uncom_sim.controllers.trajectory import Waypoint
 from uncom_sim.robot.description import CAMERA_FRAME
@@ -99,9 +100,15 @@ class SteppedRobot(RobotInterface):
         """Follow a motion to its end, or to the moment of a stop."""
         simulator, goals = self.simulator, self._goals(trajectory)
         ends: dict[str, Outcome] = {}
+        path = {name: Tolerance(trajectory.tolerance) for name in trajectory.joint_names}
         for name, goal in goals.items():
-            simulator.controllers[name].start(goal, simulator.time_s, done=partial(ends.__setitem__, name))
+            done = partial(ends.__setitem__, name)
+            simulator.controllers[name].start(goal, simulator.time_s, GoalTolerances(path), done)
         while len(ends) < len(goals):
+            if any(end.code != 0 for end in ends.values()):  # what one gave up the others do not go on with
+                for name in goals.keys() - ends.keys():
+                    controller = simulator.controllers[name]
+                    controller.cancel(simulator.joint_positions(controller.config.joints))
             if self.stop_at_s is not None and simulator.time_s >= self.stop_at_s:
                 for name in goals:
                     controller = simulator.controllers[name]

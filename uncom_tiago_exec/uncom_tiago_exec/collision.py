@@ -12,6 +12,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 
+from uncom_tiago_exec.clearance import Clearance
 from uncom_tiago_exec.robot_model import ArmGroup
 from uncom_tiago_exec.types import Attachment, FloatArray, Obstacle
 
@@ -67,6 +68,7 @@ class CollisionChecker:
             for part in attachment.parts:
                 self._add(part, frame.parentJoint, group.tool, frame.placement * pin.SE3(part.pose), HELD)
         self._margins = self._make_pairs()
+        self._mapped: list[tuple[int, Clearance]] = []
         self._rebuild()
 
     def _add(self, obstacle: Obstacle, joint: int, frame: int, placement: Any, kind: str) -> None:
@@ -115,6 +117,13 @@ class CollisionChecker:
         self._gdata = self._geometry.createData()
         for request, margin in zip(self._gdata.collisionRequests, self._margins, strict=True):
             request.security_margin = margin
+        self._mapped = []
+        for k, pair in enumerate(self.group.body_pairs):  # they come first among the pairs
+            clearance = self.group.clearances.get(pair)
+            if clearance is not None:
+                self._gdata.deactivateCollisionPair(k)
+                if clearance.smallest <= self._margins[k]:
+                    self._mapped.append((k, clearance))
         self._manager = pin.TreeBroadPhaseManager_DynamicAABBTreeCollisionManager(
             self.group.model, self._geometry, self._gdata
         )
@@ -122,7 +131,12 @@ class CollisionChecker:
     def is_free(self, q: FloatArray) -> bool:
         """Tell whether a configuration (8,) keeps every margin."""
         self.checks += 1
-        return not pin.computeCollisions(self.group.model, self._data, self._manager, q, True)
+        if pin.computeCollisions(self.group.model, self._data, self._manager, q, True):
+            return False
+        for k, clearance in self._mapped:
+            if clearance.at(q) <= self._margins[k] and pin.computeCollision(self._geometry, self._gdata, k):
+                return False
+        return True
 
     def touching(self, q: FloatArray) -> tuple[tuple[str, str], ...]:
         """Return the names of all pairs that do not keep their margin."""
@@ -159,7 +173,9 @@ class CollisionChecker:
     def _violations(self, q: FloatArray) -> list[int]:
         pin.updateGeometryPlacements(self.group.model, self._data, self._geometry, self._gdata, q)
         pin.computeCollisions(self._geometry, self._gdata, False)
-        return [k for k, result in enumerate(self._gdata.collisionResults) if result.isCollision()]
+        active = self._gdata.activeCollisionPairs  # those with a map are not among them
+        found = [k for k, r in enumerate(self._gdata.collisionResults) if active[k] and r.isCollision()]
+        return found + [k for k, _ in self._mapped if pin.computeCollision(self._geometry, self._gdata, k)]
 
     def path_is_free(self, path: FloatArray, step: float = 0.005) -> bool:
         """Check a polyline (N, 8) at every `step` [rad, or m] of its fastest joint."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from builtin_interfaces.msg import Duration
 from control_msgs.action import FollowJointTrajectory
+from control_msgs.msg import JointTolerance
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from uncom_common.conversions import duration_to_msg, matrix_from_pose_msg, seconds_from_msg
@@ -86,7 +87,10 @@ def goal_to_msg(trajectory: Trajectory, joints: tuple[str, ...]) -> Any:
         point.positions = [float(q[i]) for i in columns]
         point.velocities = [float(v[i]) for i in columns]
         message.points.append(point)
-    return FollowJointTrajectory.Goal(trajectory=message, goal_time_tolerance=Duration(sec=2))
+    goal = FollowJointTrajectory.Goal(trajectory=message, goal_time_tolerance=Duration(sec=2))
+    if trajectory.tolerance > 0.0:
+        goal.path_tolerance = [JointTolerance(name=name, position=trajectory.tolerance) for name in joints]
+    return goal
 
 
 def trajectory_from_msg(msg: JointTrajectory) -> Trajectory:

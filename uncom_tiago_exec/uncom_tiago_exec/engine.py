@@ -36,6 +36,7 @@ from uncom_tiago_exec.verification import verify
 _LOG = logging.getLogger(__name__)
 SUPPORTED = (*PLACING, "pick", "push")
 _SQUEEZE = 0.03  # [m] the fingers aim this much below what they hold; with 2 cm tolerance each they keep pressing
+_EARLY = 0.035  # [m] what hangs lower than thought, for it turned between the fingers, rests this much earlier at most
 _SLIPPED = 0.014  # [m] fingers that close this much further have lost what was between them
 
 Report = Callable[[Status], None]
@@ -252,18 +253,44 @@ class Engine:
         On the last centimetres it may touch what it is to rest on, and turn or move between the fingers as it settles:
         the fingers then close further and tell nothing. Whether it stands where it should is seen afterwards.
         """
+        resting = False
         for step in plan.steps:
             if step.stage <= Stage.TRANSFERRING:
                 continue
             if isinstance(step, MoveStep):
                 self._announce(step, plan)
-                self._robot.follow(step.trajectory)
+                if step.stage == Stage.PLACING:
+                    resting = not self._lower(step, plan)
+                elif resting and step.stage == Stage.RETREATING:
+                    self._robot.follow(started_at(step.trajectory, self._positions_of(step.trajectory)))
+                else:
+                    self._robot.follow(step.trajectory)
             elif step.stage == Stage.PLACING:
                 self._announce(step, plan)
                 self._robot.grip(plan.side, step.gap)
                 self._in_hand = ""
             else:
                 self._robot.grip(plan.side, step.gap)
+
+    def _lower(self, step: MoveStep, plan: Plan) -> bool:
+        """Lower the thing; return False if it rests on something a little before the end.
+
+        Raises:
+            MotionError: the motion ended elsewhere.
+        """
+        try:
+            self._robot.follow(step.trajectory)
+        except MotionError:
+            group = self.model.group(plan.side, self._robot.positions())
+            here = group.forward(self._positions_of(step.trajectory))
+            if float(np.linalg.norm((here - group.forward(step.trajectory.positions[-1]))[:3, 3])) > _EARLY:
+                raise
+            return False
+        return True
+
+    def _positions_of(self, trajectory: Trajectory) -> FloatArray:
+        positions = self._robot.positions()
+        return np.array([positions[name] for name in trajectory.joint_names])
 
     def _recover(self, plan: Plan, why: str = "something went wrong; I go back to where I began") -> None:
         """Go home after a fault without dropping what is held, if there is a free way; else stay."""
@@ -284,7 +311,7 @@ class Engine:
         lifts = [s for s in plan.steps if isinstance(s, MoveStep) and s.stage == Stage.LIFTING]
         if plan.grasp is not None:
             self._robot.grip(plan.side, plan.grasp.opening)
-        here = np.array([self._robot.positions()[name] for name in moves[0].trajectory.joint_names])
+        here = self._positions_of(moves[0].trajectory)
         if self._stage == Stage.RETREATING and lifts and _at_end(lifts[0].trajectory, here):
             self._robot.follow(reversed_trajectory(lifts[0].trajectory))
         for move in reversed(moves):
@@ -319,6 +346,19 @@ def reversed_trajectory(trajectory: Trajectory) -> Trajectory:
     """Return the same motion backwards."""
     times = trajectory.times[-1] - trajectory.times[::-1]
     return Trajectory(trajectory.joint_names, times, trajectory.positions[::-1], -trajectory.velocities[::-1])
+
+
+def started_at(trajectory: Trajectory, here: FloatArray) -> Trajectory:
+    """Return a motion that begins at joint positions (J,) near its own start, and ends as it did."""
+    share = trajectory.times / trajectory.times[-1]
+    left = 1.0 - share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+    pace = -30.0 * share**2 * (1.0 - share) ** 2 / trajectory.times[-1]
+    away = here - trajectory.positions[0]
+    return replace(
+        trajectory,
+        positions=trajectory.positions + left[:, None] * away,
+        velocities=trajectory.velocities + pace[:, None] * away,
+    )
 
 
 def _empty_below(width: float) -> float:

@@ -39,6 +39,7 @@ _LOG = logging.getLogger(__name__)
 _ENOUGH = 4  # grasps that work, to choose the quickest of
 _LIFTS = (0.12, 0.08, 0.05)
 _LOWERS = (0.1, 0.07, 0.04)
+_CONTACT = 0.05  # [rad, or m] joints that lag this far behind a slow motion are held up by something
 PLACING = ("place", "put_in", "put_on", "stack")
 
 
@@ -269,14 +270,20 @@ def _placing_steps(reach: _Reach, home: FloatArray, gap: float) -> tuple[Step, .
         away.relax_at(goal)
     back = arm.transit(away, reach.retreat[-1], [goal])
     lowering = arm.carrying(grasp, reach.place.touches)
+    down = _move(arm, Stage.PLACING, (reach.lower, lowering, min(reach.carrying_pace, 0.6)), "straight down")
     return (
         _move(arm, Stage.TRANSFERRING, (over, carrying, min(reach.carrying_pace, 0.8)), "to the place"),
-        _move(arm, Stage.PLACING, (reach.lower, lowering, min(reach.carrying_pace, 0.6)), "straight down"),
+        _until_contact(down),
         GripStep(Stage.PLACING, reach.release_gap, detail="letting go"),
         _move(arm, Stage.RETREATING, (reach.retreat, leaving, 0.6), "straight out"),
         _move(arm, Stage.HOMING, (_end_at(back, home), away, 1.0), "back to the start"),
         GripStep(Stage.HOMING, gap, detail="fingers as before"),
     )
+
+
+def _until_contact(step: MoveStep) -> MoveStep:
+    """Let a motion end where something holds it up: what turned between the fingers rests earlier."""
+    return replace(step, trajectory=replace(step.trajectory, tolerance=_CONTACT))
 
 
 def _move(arm: ArmPlanner, stage: Stage, way: tuple[FloatArray, CollisionChecker, float], detail: str) -> MoveStep:

@@ -134,9 +134,9 @@ class JointPlanner:
     def _simplify(self, setup: og.SimpleSetup, path: og.PathGeometric) -> None:
         """Shorten within the time budget: a few rounds of vertex removal and partial shortcuts."""
         simplifier = og.PathSimplifier(setup.getSpaceInformation())
-        deadline = time.monotonic() + self.options.simplify_s
+        deadline = time.thread_time() + self.options.simplify_s  # a busy machine gets the same ways
         simplifier.reduceVertices(path)
-        while time.monotonic() < deadline:
+        while time.thread_time() < deadline:
             length = path.length()
             simplifier.partialShortcutPath(path)
             simplifier.reduceVertices(path)

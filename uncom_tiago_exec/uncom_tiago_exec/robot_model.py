@@ -18,6 +18,7 @@ import numpy as np
 import pinocchio as pin
 from scipy.spatial import ConvexHull
 
+from uncom_tiago_exec.clearance import Clearance, clearances
 from uncom_tiago_exec.exceptions import RobotModelError
 from uncom_tiago_exec.link_pairs import adjacent_pairs, disabled_pairs, link_of_geometry
 from uncom_tiago_exec.types import FloatArray, Side
@@ -95,6 +96,7 @@ class RobotModel:
             raise RobotModelError(f"/robot_description lacks joints of a TIAGo++ with grippers: {', '.join(missing)}")
         self._reach: dict[Side, float] = {}
         self._pairs: dict[Side, tuple[tuple[int, int], ...]] = {}
+        self._clearances: dict[Side, dict[tuple[int, int], Clearance]] = {}
         self._grippers: dict[Side, GripperShape] = {}
         for name in [g.name for g in self.geometry.geometryObjects if _ignored(g)]:
             self.geometry.removeGeometryObject(name)
@@ -123,7 +125,8 @@ class RobotModel:
         self._reach[side] = group.reach
         if side not in self._pairs:
             self._pairs[side] = _pairs_to_check(model, geometry)
-        group.body_pairs = self._pairs[side]
+            self._clearances[side] = clearances(model, geometry, self._pairs[side])
+        group.body_pairs, group.clearances = self._pairs[side], self._clearances[side]
         return group
 
     def gripper(self, side: Side) -> GripperShape:
@@ -235,6 +238,7 @@ class ArmGroup:
         self._tool_to_wrist = np.array((self.data.oMf[self.tool].inverse() * wrist).homogeneous)
         self.links = tuple(link_of_geometry(g.name) for g in geometry.geometryObjects)
         self.body_pairs: tuple[tuple[int, int], ...] = ()
+        self.clearances: dict[tuple[int, int], Clearance] = {}
         self.reach = self._measure_reach() if reach is None else reach
 
     def _measure_reach(self) -> float:

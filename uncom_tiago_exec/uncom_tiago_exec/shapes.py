@@ -99,9 +99,12 @@ def complete(name: str, cloud: FloatArray, table_z: float) -> ObjectShape:
 
 def thin(points: FloatArray, voxel: float) -> FloatArray:
     """Keep one point (their mean) of each cube of side `voxel` [m]."""
-    keys = np.floor(points / voxel).astype(np.int64)
-    _, index = np.unique(keys, axis=0, return_inverse=True)
-    index = index.ravel()
+    if len(points) == 0:
+        return points
+    cells = np.floor(points / voxel).astype(np.int64)
+    cells -= cells.min(axis=0)
+    size = cells.max(axis=0) + 1
+    _, index = np.unique((cells[:, 0] * size[1] + cells[:, 1]) * size[2] + cells[:, 2], return_inverse=True)
     count = np.bincount(index)
     return np.column_stack([np.bincount(index, weights=points[:, i]) / count for i in range(3)])
 

@@ -75,12 +75,16 @@ class Attachment:
 
 @dataclass(frozen=True, slots=True)
 class Trajectory:
-    """A timed motion: times (N,) [s], positions and velocities (N, J) of joint_names."""
+    """A timed motion: times (N,) [s], positions and velocities (N, J) of joint_names.
+
+    The robot gives it up where a joint is farther than tolerance [rad, m] from it: it has met something; 0 is no limit.
+    """
 
     joint_names: tuple[str, ...]
     times: FloatArray
     positions: FloatArray
     velocities: FloatArray
+    tolerance: float = 0.0
 
     @property
     def duration_s(self) -> float:
