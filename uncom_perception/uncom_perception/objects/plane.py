@@ -77,6 +77,10 @@ class _PlaneModel:
         return np.asarray(np.abs(data @ normal - offset))
 
 
+# Less tilt [rad] or shift [m] in a round of the fit than this is a tenth of a millimetre at the end of the table.
+_SETTLED_RAD = 1e-4
+
+
 def find_table_plane(flat: FloatArray, up: FloatArray, *, gravity_known: bool, seed: int = 0) -> Plane:
     """Find the plane of the table among points (N, 3) [m].
 
@@ -168,9 +172,12 @@ def _refined(flat: FloatArray, params: tuple[FloatArray, float], up: FloatArray)
         if len(near) < 20:
             break
         center = near.mean(axis=0)
+        before = normal, offset
         _, vectors = np.linalg.eigh((near - center).T @ (near - center))
         normal = vectors[:, 0] if vectors[:, 0] @ up > 0.0 else -vectors[:, 0]
         offset = float(normal @ center)
+        if np.abs(normal - before[0]).max() < _SETTLED_RAD and abs(offset - before[1]) < _SETTLED_RAD:
+            break
     return Plane(normal, float(offset), sigma)
 
 

@@ -104,4 +104,13 @@ def mask_bounds(mask: Mask) -> tuple[slice, slice] | None:
 
 def label_boxes(labels: LabelImage) -> dict[int, tuple[slice, slice]]:
     """Return rows and columns that each label covers."""
-    return {i + 1: (box[0], box[1]) for i, box in enumerate(ndimage.find_objects(labels)) if box is not None}
+    used = mask_bounds(labels > 0)
+    if used is None:
+        return {}
+    top, left = used[0].start, used[1].start
+    boxes = ndimage.find_objects(labels[used])
+    return {
+        i + 1: (slice(top + box[0].start, top + box[0].stop), slice(left + box[1].start, left + box[1].stop))
+        for i, box in enumerate(boxes)
+        if box is not None
+    }
