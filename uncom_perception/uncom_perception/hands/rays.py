@@ -87,20 +87,25 @@ def _finger_depth(pixels: FloatArray, depth: DepthImage, radius: float) -> tuple
     """Return the depth of the nearest surface about each pixel (NaN: none), and the spread within a patch [m]."""
     height, width = depth.shape
     r = int(np.clip(round(radius), 1, 6))
+    around = np.arange(-r, r + 1)
+    u, v = (np.round(pixels[:, k]).astype(int)[:, None, None] for k in (0, 1))
+    rows, columns = v + around[None, :, None], u + around[None, None, :]
+    inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+    patches = depth[rows.clip(0, height - 1), columns.clip(0, width - 1)].astype(np.float32)
+    patches = np.where(inside & np.isfinite(patches) & (patches > 0.0), patches, np.float32(np.inf))
+    values = np.sort(patches.reshape(len(pixels), -1), axis=1)  # what is not known comes last
+    known = np.isfinite(values).sum(axis=1)
+    here = ((u >= 0) & (u < width) & (v >= 0) & (v < height)).ravel()
+    usable = here & (known >= np.maximum(3, 0.25 * inside.reshape(len(pixels), -1).sum(axis=1)))
     z = np.full(len(pixels), np.nan)
     spreads = []
-    for i, (u, v) in enumerate(np.round(pixels).astype(int)):
-        patch = (
-            depth[max(0, v - r) : v + r + 1, max(0, u - r) : u + r + 1] if 0 <= u < width and 0 <= v < height else None
-        )
-        if patch is None:
-            continue
-        values = patch[np.isfinite(patch) & (patch > 0.0)]
-        if values.size < max(3, 0.25 * patch.size):
-            continue
+    for i in np.flatnonzero(usable):
         # The finger is nearer than what is behind it: take the nearest surface, not the nearest pixel.
-        near = values[values < np.percentile(values, 15) + 0.015]
-        z[i] = np.median(near)
+        own = values[i, : known[i]]
+        share, rank = math.modf(0.15 * (len(own) - 1))
+        nearest = own[int(rank)] + share * (own[int(rank) + 1] - own[int(rank)])
+        near = own[: np.searchsorted(own, nearest + 0.015)]
+        z[i] = 0.5 * (near[(len(near) - 1) // 2] + near[len(near) // 2])
         spreads.append(float(near.std()))
     return z, float(np.median(spreads)) if spreads else 0.0
 
