@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files of a PocketSphinx acoustic model, and variants of it with shifted Gaussian means."""
+"""Files of a PocketSphinx acoustic model (phonetically tied mixtures), and variants of it adapted to other voices."""
 
 from __future__ import annotations
 
@@ -13,8 +13,12 @@ import numpy.typing as npt
 from uncom_language.exceptions import RecognizerError
 
 FloatArray = npt.NDArray[np.float32]
+ByteArray = npt.NDArray[np.uint8]
 _MAGIC = 0x11223344
 _END_OF_HEADER = b"endhdr\n"
+_CHANGED = ("means", "variances", "sendump")
+# One step of a mixture weight's byte as a natural logarithm: PocketSphinx counts in logarithms to base 1.0001, >> 10.
+WEIGHT_STEP = 1024.0 * float(np.log(1.0001))
 
 
 @dataclass(frozen=True)
@@ -22,6 +26,31 @@ class Gaussians:
     """Means or variances of a phonetically tied model: (codebook, stream, density, dimension)."""
 
     values: FloatArray
+
+
+@dataclass(frozen=True)
+class MixtureWeights:
+    """Weights of a tied state's densities: (stream, density, state), in steps of WEIGHT_STEP below zero."""
+
+    values: ByteArray
+    header: bytes
+
+
+@dataclass(frozen=True)
+class Adaptation:
+    """How a model differs from the one it was made from.
+
+    Attributes:
+        shift: what is added to the means.
+        spread: natural logarithms of what the variances are multiplied by; shape as the means.
+        states: numbers (K,) of the tied states whose mixture weights differ.
+        weights: their weights (stream, density, K), as in MixtureWeights.
+    """
+
+    shift: FloatArray
+    spread: FloatArray
+    states: npt.NDArray[np.int64]
+    weights: ByteArray
 
 
 def read_gaussians(path: Path) -> Gaussians:
@@ -52,29 +81,72 @@ def write_gaussians(gaussians: Gaussians, path: Path) -> None:
     path.write_bytes(b"s3\nversion 1.0\n" + _END_OF_HEADER + head + values.astype("<f4").tobytes())
 
 
-def write_shift(shift: FloatArray, path: Path) -> None:
-    """Write how far means move, in 8 bits a number (the rounding is far below a standard deviation)."""
-    scale = np.abs(shift).max(axis=(0, 2, 3), keepdims=True) / 127.0
-    np.savez_compressed(path, shift=np.rint(shift / scale).astype(np.int8), scale=scale.astype(np.float32))
-
-
-def read_shift(path: Path) -> FloatArray:
-    """Read how far means move: (codebook, stream, density, dimension)."""
-    with np.load(path) as held:
-        return np.asarray(held["shift"].astype(np.float32) * held["scale"], dtype=np.float32)
-
-
-def make_shifted_model(model: Path, shift: FloatArray, folder: Path) -> Path:
-    """Write into `folder` an acoustic model that is `model` with shifted means; the other files are linked.
+def read_weights(path: Path) -> MixtureWeights:
+    """Read a `sendump` file: lines, each after its length, until a length of 0; numbers of states and densities; bytes.
 
     Raises:
-        RecognizerError: the shift was made for another model.
+        RecognizerError: not such a file, or with clustered weights.
     """
-    means = read_gaussians(model / "means")
-    if means.values.shape != shift.shape:
+    data = path.read_bytes()
+    lines: list[str] = []
+    position = 0
+    try:
+        while True:
+            (length,) = struct.unpack_from("<i", data, position)
+            position += 4
+            if length == 0:
+                break
+            lines.append(data[position : position + length].rstrip(b"\0").decode())
+            position += length
+        named = dict(line.rsplit(" ", 1) for line in lines if line.count(" ") == 1)
+        densities, states = struct.unpack_from("<ii", data, position)
+        streams = int(named["feature_count"])
+        header, raw = data[: position + 8], np.frombuffer(data, np.uint8, offset=position + 8)
+        if named.get("cluster_count", "0") != "0":
+            raise RecognizerError(f"{path}: clustered mixture weights are not supported")
+        return MixtureWeights(raw.reshape(streams, densities, states).copy(), header)
+    except (struct.error, KeyError, ValueError) as error:
+        raise RecognizerError(f"{path} holds no mixture weights of PocketSphinx that can be read") from error
+
+
+def write_weights(weights: MixtureWeights, path: Path) -> None:
+    """Write a `sendump` file."""
+    path.write_bytes(weights.header + weights.values.tobytes())
+
+
+def write_adaptation(adaptation: Adaptation, path: Path) -> None:
+    """Write an adaptation, 8 bits a number (the rounding is far below a standard deviation)."""
+    made: dict[str, npt.NDArray[np.generic]] = {"states": adaptation.states.astype(np.int16)}
+    for name, values in (("shift", adaptation.shift), ("spread", adaptation.spread)):
+        scale = np.maximum(np.abs(values).max(axis=(0, 2, 3), keepdims=True), 1e-9) / 127.0
+        made[name] = np.rint(values / scale).astype(np.int8)
+        made[f"{name}_scale"] = scale.astype(np.float32)
+    np.savez_compressed(path, weights=adaptation.weights, **made)  # type: ignore[arg-type]  # its stub allows no names
+
+
+def read_adaptation(path: Path) -> Adaptation:
+    """Read an adaptation."""
+    with np.load(path) as held:
+        shift, spread = (held[name].astype(np.float32) * held[f"{name}_scale"] for name in ("shift", "spread"))
+        return Adaptation(shift, spread, held["states"].astype(np.int64), held["weights"])
+
+
+def make_adapted_model(model: Path, adaptation: Adaptation, folder: Path) -> Path:
+    """Write into `folder` an adapted variant of an acoustic model; files that do not change are linked.
+
+    Raises:
+        RecognizerError: the adaptation was made for another model.
+    """
+    means, variances = read_gaussians(model / "means").values, read_gaussians(model / "variances").values
+    weights = read_weights(model / "sendump")
+    fits = means.shape == adaptation.shift.shape and weights.values.shape[:2] == adaptation.weights.shape[:2]
+    if not fits or adaptation.states.max(initial=0) >= weights.values.shape[2]:
         raise RecognizerError(f"the voice adaptation was made for another acoustic model than {model}")
     for file in model.iterdir():
-        if file.name != "means":
+        if file.name not in _CHANGED:
             (folder / file.name).symlink_to(file.resolve())
-    write_gaussians(Gaussians(means.values + shift), folder / "means")
+    write_gaussians(Gaussians(means + adaptation.shift), folder / "means")
+    write_gaussians(Gaussians(variances * np.exp(adaptation.spread)), folder / "variances")
+    weights.values[:, :, adaptation.states] = adaptation.weights
+    write_weights(weights, folder / "sendump")
     return folder

@@ -7,7 +7,7 @@ import logging
 import os
 import tempfile
 import threading
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
@@ -18,7 +18,7 @@ import numpy as np
 import pocketsphinx
 
 from uncom_language.exceptions import RecognizerError
-from uncom_language.speech.acoustic_model import make_shifted_model, read_shift
+from uncom_language.speech.acoustic_model import make_adapted_model, read_adaptation
 from uncom_language.speech.audio import SAMPLE_RATE, as_float, resample, to_int16
 from uncom_language.speech.language_model import ModelWeights, draw_sentences, make_arpa
 from uncom_language.speech.pocketsphinx_hearing import PocketSphinxHearing, decode_whole
@@ -30,7 +30,7 @@ _LOG = logging.getLogger(__name__)
 _LONGEST_S = 30.0
 # Probability of a word that is learnt at run time, among single words.
 _NEW_WORD_SHARE = 0.001
-# Made by tools/adapt_to_voices.py: how the means move for synthesised voices.
+# Made by tools/adapt_to_voices.py: how the model changes for synthesised voices.
 _SYNTHETIC_VOICES = Path(__file__).parent / "models" / "synthetic_voices.npz"
 
 
@@ -77,6 +77,17 @@ def common_words(count: int) -> dict[str, float]:
     return {word: frequency[word] for word in top}
 
 
+def dictionary_lines(vocabulary: Iterable[str], accented: Collection[str]) -> Iterator[str]:
+    """Return the lines of a dictionary; words of `accented` with the pronunciations of several accents."""
+    known = _dictionary()
+    for word in sorted(vocabulary):
+        variants = known.get(word) or (pronounce(word),)
+        if word in accented:
+            variants = with_accents(word, variants)
+        for number, phones in enumerate(variants):
+            yield f"{word}({number + 1}) {phones}\n" if number else f"{word} {phones}\n"
+
+
 class PocketSphinxRecognizer(Recognizer):
     """PocketSphinx 5 with a language model counted from our own sentence patterns.
 
@@ -119,10 +130,11 @@ class PocketSphinxRecognizer(Recognizer):
         with tempfile.TemporaryDirectory(prefix="uncom_lm_") as folder:
             model, dictionary = Path(folder, "lm.arpa"), Path(folder, "words.dict")
             model.write_text(arpa, encoding="utf-8")
-            dictionary.write_text("".join(self._dictionary_lines(vocabulary)), encoding="utf-8")
+            accented = {word for sentence in self._sentences for word in sentence}
+            dictionary.write_text("".join(dictionary_lines(vocabulary, accented)), encoding="utf-8")
             plain = model_folder() / "en-us"
-            shifted = make_shifted_model(plain, read_shift(_SYNTHETIC_VOICES), Path(folder))
-            decoders = tuple(self._make_decoder(acoustic, model, dictionary) for acoustic in (plain, shifted))
+            adapted = make_adapted_model(plain, read_adaptation(_SYNTHETIC_VOICES), Path(folder))
+            decoders = tuple(self._make_decoder(acoustic, model, dictionary) for acoustic in (plain, adapted))
         # The first utterance of a decoder is scored a little differently from the same sound later: let it be this one.
         noise = np.random.default_rng(0).normal(0.0, 300.0, 2 * SAMPLE_RATE).astype(np.int16)
         hearing = PocketSphinxHearing(decoders, self._weights.alternatives)
@@ -149,16 +161,6 @@ class PocketSphinxRecognizer(Recognizer):
             )
         except (RuntimeError, ValueError) as error:
             raise RecognizerError(f"PocketSphinx cannot load its models from {acoustic}: {error}") from error
-
-    def _dictionary_lines(self, vocabulary: Iterable[str]) -> Iterable[str]:
-        known = _dictionary()
-        accented = {word for sentence in self._sentences for word in sentence}
-        for word in sorted(vocabulary):
-            variants = known.get(word) or (pronounce(word),)
-            if word in accented:
-                variants = with_accents(word, variants)
-            for number, phones in enumerate(variants):
-                yield f"{word}({number + 1}) {phones}\n" if number else f"{word} {phones}\n"
 
     def transcribe(self, samples: Samples, sample_rate: int) -> Recognition:
         """Recognise one utterance; long sound is taken in pieces of at most 30 s."""
