@@ -19,9 +19,10 @@ from exec_fixtures import (
 from uncom_perception.types import Scene
 from uncom_sim.bench_planning_scenes import detection, flat_table
 from uncom_tiago_exec.config import ExecutionConfig
-from uncom_tiago_exec.engine import Engine, reversed_trajectory
+from uncom_tiago_exec.engine import Engine
 from uncom_tiago_exec.exceptions import MotionError, RefusedError, StoppedError, UnreachableError
 from uncom_tiago_exec.nearer import seen_from
+from uncom_tiago_exec.performing import reversed_trajectory
 from uncom_tiago_exec.pick_place import PickPlacePlanner
 from uncom_tiago_exec.plan import GripStep, MoveStep
 from uncom_tiago_exec.robot_interface import RobotInterface

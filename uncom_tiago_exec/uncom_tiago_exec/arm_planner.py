@@ -131,6 +131,10 @@ class ArmPlanner:
                 return trajectory
         raise PlanningError("the motion cannot be smoothed without touching something")
 
+    def along(self, path: FloatArray, pace: float) -> Trajectory:
+        """Time a path that a checked motion has gone, or was to go, with corners as sharp as can be."""
+        return time_path(self.group.joint_names, path, self.limits.scaled(pace), radius=0.01)
+
     def lift_height(self, checker: CollisionChecker, q: FloatArray, heights: Sequence[float]) -> FloatArray:
         """Return the straight way up from q, as high as one of `heights` [m] allows, highest first."""
         error: PlanningError | InCollisionError | None = None

@@ -122,10 +122,14 @@ def _hands(
 
 def _push(arm: ArmPlanner, start: FloatArray, end: FloatArray, way: FloatArray) -> Push:
     pushing = arm.pushing(GAP)
-    q = arm.solver.solutions(start, [arm.start], pushing, restarts=0)[0]
-    along = arm.straight(pushing, q, end[:3, 3] - start[:3, 3])
-    down = arm.lift_height(pushing, q, _UP)[::-1]
-    up = arm.lift_height(pushing, along[-1], _UP)
     motion = np.eye(4)
     motion[:2, 3] = way
-    return Push(arm, down, along, up, motion)
+    error: ExecutionError = PlanningError("no straight way to push")
+    for q in arm.solver.solutions(start, [arm.start], pushing, count=4, restarts=0):
+        try:
+            along = arm.straight(pushing, q, end[:3, 3] - start[:3, 3])
+            down = arm.lift_height(pushing, q, _UP)[::-1]
+            return Push(arm, down, along, arm.lift_height(pushing, along[-1], _UP), motion)
+        except (InCollisionError, PlanningError) as err:
+            error = err
+    raise error

@@ -1,51 +1,94 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The way home from wherever an arm was left, with or without something in the hand."""
+"""The way home from wherever an arm was left, with or without something in the hand.
+
+First a way is planned from where the arm is. Where it stands too near to things for that, it goes on, or back, along
+the motion that led there, which was free when it was planned, and a way is planned from that motion's end.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from uncom_tiago_exec.arm_planner import TABLE_ONLY, ArmPlanner
 from uncom_tiago_exec.collision import CollisionChecker
 from uncom_tiago_exec.config import ExecutionConfig
-from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError
-from uncom_tiago_exec.fingers import finger_gap
+from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError, RefusedError
 from uncom_tiago_exec.plan import Plan
 from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.types import FloatArray, Trajectory
 
 _BACK = (0.1, 0.06, 0.03)  # [m] straight ways out to try first
+_ON_THE_WAY = 0.15  # [rad, or m] how far from a motion an arm may have come to rest
+_AT_HOME = 0.02  # [rad, or m]
+_PACE = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Left:
+    """How an arm was left: is something held, was it let go at its place, and by what motion did the arm come here."""
+
+    holding: bool = False
+    released: bool = False
+    last: Trajectory | None = None
+    onwards: bool = False  # the motion's end is nearer to freedom than its start
 
 
 def way_home(
-    robot: RobotModel, plan: Plan, positions: Mapping[str, float], config: ExecutionConfig, *, holding: bool
+    robot: RobotModel, plan: Plan, positions: Mapping[str, float], config: ExecutionConfig, left: Left
 ) -> list[Trajectory]:
-    """Plan from the present positions to where the plan began: out of the things first, if the hand is among them.
+    """Plan from the present positions to where the plan began.
 
     Raises:
         RefusedError: there is no free way; the arm had better stay where it is.
     """
     arm = ArmPlanner(robot, plan.side, positions, plan.scene, config)
-    gap = finger_gap(plan.side, positions)
-    free = arm.carrying(plan.grasp, frozenset()) if holding and plan.grasp is not None else arm.free(gap)
+    here = arm.group.clamp(arm.start)
+    try:
+        return _planned(arm, plan, here, left)
+    except RefusedError as error:
+        refusal = error
+    for motion in _along(arm, here, left):
+        end = motion.positions[-1]
+        if float(np.abs(end - plan.home).max()) < _AT_HOME:
+            return [motion]
+        try:
+            return [motion, *_planned(arm, plan, arm.group.clamp(end), left)]
+        except RefusedError:
+            continue
+    raise refusal
+
+
+def _planned(arm: ArmPlanner, plan: Plan, here: FloatArray, left: Left) -> list[Trajectory]:
+    """Plan from a configuration (8,) to home: straight out of the things first, if the hand is among them."""
+    gap = arm.start_gap
+    if left.holding and plan.grasp is not None:
+        free = arm.carrying(plan.grasp, frozenset())
+    elif left.released and plan.motion is not None:
+        free = arm.leaving(gap, plan.motion, frozenset())
+    else:
+        free = arm.free(gap)
     goal = arm.group.clamp(plan.home)
     if not free.is_free(goal):
         free.relax_at(goal)
-    here = arm.group.clamp(arm.start)
     try:
-        return [arm.timed(arm.transit(free, here, [goal]), free, 0.5)]
+        return [arm.timed(arm.transit(free, here, [goal]), free, _PACE)]
     except InCollisionError:
-        out, near = _way_out(arm, here, gap, plan, holding=holding)
-        return [arm.timed(out, near, 0.4), arm.timed(arm.transit(free, out[-1], [goal]), free, 0.5)]
+        out, near = _way_out(arm, here, plan, left)
+        return [arm.timed(out, near, 0.4), arm.timed(arm.transit(free, out[-1], [goal]), free, _PACE)]
 
 
-def _way_out(
-    arm: ArmPlanner, here: FloatArray, gap: float, plan: Plan, *, holding: bool
-) -> tuple[FloatArray, CollisionChecker]:
+def _way_out(arm: ArmPlanner, here: FloatArray, plan: Plan, left: Left) -> tuple[FloatArray, CollisionChecker]:
     """Return a straight way up, or back along the fingers, that touches nothing new."""
-    near = arm.carrying(plan.grasp, TABLE_ONLY) if holding and plan.grasp is not None else arm.reaching(gap)
+    gap = arm.start_gap
+    if left.holding and plan.grasp is not None:
+        near = arm.carrying(plan.grasp, TABLE_ONLY)
+    elif left.released and plan.motion is not None:
+        near = arm.leaving(gap, plan.motion, frozenset({arm.scene.moved.name}))
+    else:
+        near = arm.reaching(gap)
     if not near.is_free(here):
         near.relax_at(here)
     back = -arm.group.forward(here)[:3, 0]
@@ -57,3 +100,18 @@ def _way_out(
             except (InCollisionError, PlanningError) as err:
                 error = err
     raise error
+
+
+def _along(arm: ArmPlanner, here: FloatArray, left: Left) -> Iterator[Trajectory]:
+    """Yield the rest of the last motion, on and back, from where on it the arm is."""
+    last = left.last
+    if last is None or last.joint_names != arm.group.joint_names:
+        return
+    away = np.abs(last.positions - here).max(axis=1)
+    k = int(away.argmin())
+    if away[k] > _ON_THE_WAY:
+        return
+    on, back = last.positions[k:], last.positions[: k + 1][::-1]
+    for rest in (on, back) if left.onwards else (back, on):
+        if float(np.abs(rest[-1] - here).max()) > 1e-3:
+            yield arm.along(np.vstack([here, rest[1:]]), _PACE)

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What one arm cannot bring all the way goes by the middle of the table."""
+
+import numpy as np
+import pytest
+from exec_fixtures import ball_cloud, cylinder_cloud, make_task, robot
+from uncom_sim.bench_execution import run_case
+from uncom_sim.bench_execution_cases import Case
+from uncom_sim.bench_planning_scenes import detection
+from uncom_sim.scene import scene_from_dict
+from uncom_sim.types import Meaning
+from uncom_tiago_exec.midway import after_moving, middle_places, to_middle
+from uncom_tiago_exec.obstacles import upright
+
+
+def lemon_far_from_its_place(*others):
+    rng = np.random.default_rng(2)
+    things = [detection("lemon", ball_cloud(0.6, 0.38, 0.027, rng))]
+    things += [detection(f"can{i}", cylinder_cloud(x, y, 0.033, 0.11, rng)) for i, (x, y) in enumerate(others)]
+    return make_task(things, "place", place=(0.6, -0.38))
+
+
+def test_places_in_the_middle_are_free_and_on_the_table():
+    cans = [(0.6, 0.0), (0.52, 0.12)]
+    places = middle_places(lemon_far_from_its_place(*cans))
+    assert places
+    for place in places:
+        assert abs(place[1]) < 0.2
+        assert all(np.linalg.norm(place - can) > 0.033 + 0.027 for can in cans)
+
+
+def test_the_second_half_begins_where_the_first_one_ends():
+    task = lemon_far_from_its_place()
+    half = to_middle(task, np.array([0.55, 0.0]))
+    assert half.target is None
+    motion = upright(np.array([-0.05, -0.38, 0.0]), 0.0)
+    rest = after_moving(task, motion)
+    assert rest.primitive == task.primitive
+    assert np.allclose(rest.target_pose, task.target_pose)
+    assert rest.object.geometry.centroid[:2] == pytest.approx([0.55, 0.0], abs=0.02)
+    assert not any(d.id == "lemon" for d in rest.scene)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_a_can_goes_from_one_end_of_the_table_to_the_other_by_both_arms():
+    objects = [{"id": "o0", "kind": "can", "x": 0.66, "y": 0.33, "yaw": 0.0}]
+    objects.append({"id": "o1", "kind": "apple", "x": 0.8, "y": 0.1, "yaw": 0.0})
+    scene, place = scene_from_dict({"objects": objects, "say": "take it"}), (0.66, -0.33)
+    run = run_case(Case(0, scene, Meaning("o0", "area", None, place), "area", "place", place), robot=robot())
+    assert run.outcome.success, run.outcome.reason
+    assert run.physical.success, run.physical.reason
+    assert {s.arm for s in run.told if s.arm} == {"left", "right"}
+    assert run.table_touches == 0
+    assert run.home_error < 0.02

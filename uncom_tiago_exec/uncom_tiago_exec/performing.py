@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Carries out the steps of a plan and knows what is in the hand: take, carry, place, and the ways back."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from uncom_tiago_exec.config import ExecutionConfig
+from uncom_tiago_exec.exceptions import ExecutionError, GraspFailedError, MotionError, StoppedError
+from uncom_tiago_exec.fingers import finger_gap
+from uncom_tiago_exec.plan import GripStep, MoveStep, Plan
+from uncom_tiago_exec.recovery import Left, way_home
+from uncom_tiago_exec.robot_interface import RobotInterface
+from uncom_tiago_exec.robot_model import RobotModel
+from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage, Status, Trajectory
+
+_LOG = logging.getLogger(__name__)
+_SQUEEZE = 0.03  # [m] the fingers aim this much below what they hold; with 2 cm tolerance each they keep pressing
+_EARLY = 0.035  # [m] what hangs lower than thought, for it turned between the fingers, rests this much earlier at most
+_SLIPPED = 0.014  # [m] fingers that close this much further have lost what was between them
+
+Report = Callable[[Status], None]
+
+
+class Performer:
+    """Performs steps one after the other; `stage` is the last one told, `in_hand` the label of what is held."""
+
+    def __init__(self, model: RobotModel, robot: RobotInterface, config: ExecutionConfig, report: Report) -> None:
+        """Keep the parts; nothing moves yet."""
+        self.model = model
+        self._robot = robot
+        self._config = config
+        self._report = report
+        self.stage = Stage.IDLE
+        self.in_hand = ""
+        self._held_gap = 0.0
+        self._last: Trajectory | None = None  # the last motion of torso and arm, be it to its end or not
+        self._last_stage = Stage.IDLE  # in which it was
+        self._released = False  # the thing of the present plan was let go at its place
+        self._gripping: GripStep | None = None  # what the fingers were told and have not come to
+
+    def follow(self, trajectory: Trajectory) -> None:
+        """Carry out a motion, and remember it."""
+        self._last, self._last_stage = trajectory, self.stage
+        self._robot.follow(trajectory)
+
+    def _grip(self, plan: Plan, step: GripStep) -> None:
+        self._gripping = step
+        self._robot.grip(plan.side, step.gap)
+        self._gripping = None
+
+    def tell(self, stage: Stage, detail: str = "", arm: str = "", data: dict[str, object] | None = None) -> None:
+        """Report a stage."""
+        self._report(Status(stage, detail, arm, data or {}))
+        self.stage = stage
+
+    def holds_nothing(self, plan: Plan) -> bool:
+        """Tell from the gap of the fingers whether what was held is gone."""
+        return finger_gap(plan.side, self._robot.positions()) < self._held_gap - _SLIPPED
+
+    def take(self, task: ManipulationTask, plan: Plan) -> None:
+        """Go to the thing, close the fingers on it and lift it, or whatever comes first in the plan.
+
+        Raises:
+            GraspFailedError: nothing is between the fingers.
+        """
+        what = task.object_text or task.object.label or "object"
+        holding = self._released = False
+        for step in plan.steps:
+            if step.stage > Stage.LIFTING:
+                break
+            self._announce(step, plan)
+            if isinstance(step, MoveStep):
+                self.follow(step.trajectory)
+            elif step.holding:
+                self._gripping = step
+                self._close(plan, what)
+                self._gripping, self.in_hand = None, what
+                holding = True
+            else:
+                self._grip(plan, step)
+            if holding and step.stage == Stage.LIFTING:
+                self._still_held(plan, what, "the {} slipped out of my fingers")
+
+    def _close(self, plan: Plan, what: str) -> None:
+        """Close on the thing, press, and tell from the gap whether anything is there."""
+        width = plan.grasp.width if plan.grasp is not None else 0.0
+        gap = self._robot.grip(plan.side, max(0.0, width - _SQUEEZE))
+        gap = self._robot.grip(plan.side, max(0.0, gap - _SQUEEZE))
+        if gap < _empty_below(width):
+            raise GraspFailedError(f"my fingers closed beside the {what}")
+        self._held_gap = gap
+        self.tell(Stage.GRASPING, f"holding something {gap * 1000:.0f} mm wide", plan.side, {"gap_m": round(gap, 4)})
+
+    def _still_held(self, plan: Plan, what: str, lost: str) -> None:
+        width = plan.grasp.width if plan.grasp is not None else 0.0
+        if finger_gap(plan.side, self._robot.positions()) < max(_empty_below(width), self._held_gap - _SLIPPED):
+            self.in_hand = ""
+            raise GraspFailedError(lost.format(what))
+
+    def _announce(self, step: MoveStep | GripStep, plan: Plan) -> None:
+        data: dict[str, object] = {}
+        if isinstance(step, MoveStep):
+            data["duration_s"] = round(step.trajectory.duration_s, 3)
+        self.tell(step.stage, step.detail, plan.side, data)
+
+    def carry(self, plan: Plan) -> None:
+        """Bring the thing over its place; what is lost on the way is noticed there."""
+        for step in plan.steps:
+            if isinstance(step, MoveStep) and step.stage == Stage.TRANSFERRING:
+                self._announce(step, plan)
+                self.follow(step.trajectory)
+                if plan.grasp is not None:
+                    self._still_held(plan, self.in_hand, "I lost the {} on the way")
+
+    def place(self, plan: Plan) -> None:
+        """Set the thing down, let go, and go home.
+
+        On the last centimetres it may touch what it is to rest on, and turn or move between the fingers as it settles:
+        the fingers then close further and tell nothing. Whether it stands where it should is seen afterwards.
+        """
+        resting = False
+        for step in plan.steps:
+            if step.stage <= Stage.TRANSFERRING:
+                continue
+            if isinstance(step, MoveStep):
+                self._announce(step, plan)
+                if step.stage == Stage.PLACING:
+                    resting = not self._lower(step, plan)
+                elif resting and step.stage == Stage.RETREATING:
+                    self.follow(started_at(step.trajectory, self._positions_of(step.trajectory)))
+                else:
+                    self.follow(step.trajectory)
+            elif step.stage == Stage.PLACING:
+                self._announce(step, plan)
+                self._grip(plan, step)
+                self.in_hand, self._released = "", True
+            else:
+                self._grip(plan, step)
+
+    def _lower(self, step: MoveStep, plan: Plan) -> bool:
+        """Lower the thing; return False if it rests on something a little before the end.
+
+        Raises:
+            MotionError: the motion ended elsewhere.
+        """
+        try:
+            self.follow(step.trajectory)
+        except MotionError:
+            group = self.model.group(plan.side, self._robot.positions())
+            here = group.forward(self._positions_of(step.trajectory))
+            if float(np.linalg.norm((here - group.forward(step.trajectory.positions[-1]))[:3, 3])) > _EARLY:
+                raise
+            return False
+        return True
+
+    def _positions_of(self, trajectory: Trajectory) -> FloatArray:
+        positions = self._robot.positions()
+        return np.array([positions[name] for name in trajectory.joint_names])
+
+    def recover(self, plan: Plan, why: str = "something went wrong; I go back to where I began") -> bool:
+        """Go home after a fault without dropping what is held, if there is a free way; else stay and return False."""
+        onwards = self._last_stage >= Stage.LIFTING and self._last_stage != Stage.PLACING
+        self.tell(Stage.HOMING, why, plan.side)
+        try:
+            self._end_gripping(plan)
+            left = Left(bool(self.in_hand), self._released, self._last, onwards)
+            for motion in way_home(self.model, plan, self._robot.positions(), self._config, left):
+                self.follow(motion)
+        except StoppedError:
+            raise
+        except ExecutionError as error:
+            _LOG.warning("the arm stays where it is: %s", error)
+            return False
+        return True
+
+    def _end_gripping(self, plan: Plan) -> None:
+        """Let go of what the fingers were about to take or to let go when they were stopped."""
+        step = self._gripping
+        if step is None:
+            return
+        if step.holding and plan.grasp is not None:
+            step = GripStep(step.stage, plan.grasp.opening)
+        self._grip(plan, step)
+        if step.stage == Stage.PLACING:
+            self.in_hand, self._released = "", True
+
+    def give_up_grasp(self, plan: Plan) -> None:
+        """Open, and go the way back that was free on the way in."""
+        self.tell(Stage.RETREATING, "opening the fingers and going back", plan.side)
+        moves = [s for s in plan.steps if isinstance(s, MoveStep) and s.stage == Stage.APPROACHING]
+        lifts = [s for s in plan.steps if isinstance(s, MoveStep) and s.stage == Stage.LIFTING]
+        if plan.grasp is not None:
+            self._robot.grip(plan.side, plan.grasp.opening)
+        here = self._positions_of(moves[0].trajectory)
+        if self.stage == Stage.RETREATING and lifts and _at_end(lifts[0].trajectory, here):
+            self.follow(reversed_trajectory(lifts[0].trajectory))
+        for move in reversed(moves):
+            self.follow(reversed_trajectory(move.trajectory))
+
+
+def reversed_trajectory(trajectory: Trajectory) -> Trajectory:
+    """Return the same motion backwards."""
+    times = trajectory.times[-1] - trajectory.times[::-1]
+    return Trajectory(trajectory.joint_names, times, trajectory.positions[::-1], -trajectory.velocities[::-1])
+
+
+def started_at(trajectory: Trajectory, here: FloatArray) -> Trajectory:
+    """Return a motion that begins at joint positions (J,) near its own start, and ends as it did."""
+    share = trajectory.times / trajectory.times[-1]
+    left = 1.0 - share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+    pace = -30.0 * share**2 * (1.0 - share) ** 2 / trajectory.times[-1]
+    away = here - trajectory.positions[0]
+    return replace(
+        trajectory,
+        positions=trajectory.positions + left[:, None] * away,
+        velocities=trajectory.velocities + pace[:, None] * away,
+    )
+
+
+def _empty_below(width: float) -> float:
+    """Return the gap [m] under which fingers that closed on something `width` wide hold nothing."""
+    return max(0.002, 0.3 * width)
+
+
+def _at_end(trajectory: Trajectory, here: FloatArray) -> bool:
+    end, start = trajectory.positions[-1], trajectory.positions[0]
+    return bool(np.abs(here - end).max() < np.abs(here - start).max())
