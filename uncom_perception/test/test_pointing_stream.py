@@ -123,6 +123,35 @@ def test_while_somebody_speaks_every_image_is_looked_at(stream):
     assert detector.looks - before >= 10
 
 
+class Curling(HandDetector):
+    """Passes on to a real detector, but sees every index finger curled up."""
+
+    def __init__(self, inner):
+        self.inner = inner
+
+    @property
+    def name(self):
+        return self.inner.name
+
+    def detect(self, image_rgb):
+        return tuple(self._curled(hand) for hand in self.inner.detect(image_rgb))
+
+    def _curled(self, hand):
+        parts = []
+        for marks in (hand.landmarks, hand.world):
+            bent = marks.copy()
+            bent[[6, 7, 8]] = marks[5] + 0.05 * (marks[[6, 7, 8]] - marks[5])
+            parts.append(bent)
+        return replace(hand, landmarks=parts[0], world=parts[1])
+
+
+def test_where_one_model_misjudges_the_finger_cuts_of_the_other_show_it(stream):
+    """A pointing hand points though the larger model takes it for a fist, at each look, in whatever cut."""
+    reader = make_reader(Curling(MediaPipeHands()), lite=MediaPipeHands(lite=True))
+    seen = reader.read(stream[1].rgb, 10.0)
+    assert seen.pointing_hand is not None
+
+
 def flat_hand(spread_rad):
     """A hand with all fingers straight, fanned out by an angle from finger to finger."""
     marks = np.zeros((21, 3))

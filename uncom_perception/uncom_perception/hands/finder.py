@@ -136,11 +136,14 @@ class HandFinder:
         return hand
 
     def _closer_looks(self, image_rgb: RgbImage, hand: RawHand) -> Iterator[RawHand]:
+        """Yield what both models see in the image and in cuts of it: where one fails, the other seldom does."""
+        detectors = [self._detector] if self._lite is None else [self._lite, self._detector]
         if self._lite is not None:
             yield from _plausible(self._lite.detect(image_rgb))
         for factor, turns in ((3.5, 0), (2.4, 2), (3.5, 1)):
             view = around(_middle(hand), factor * hand.size_px, image_rgb.shape, turns)
-            yield from _plausible(self._seen_in(image_rgb, view))
+            for detector in detectors:
+                yield from _plausible(_seen_in(image_rgb, view, detector))
 
     def _look_again(
         self, image_rgb: RgbImage, newcomer: Newcomer | None, *, lost: bool, thorough: bool
@@ -181,7 +184,7 @@ class HandFinder:
                     yield hand
                     yield from self._confirmations(image_rgb, hand)
             for view in views:
-                for hand in _plausible(self._seen_in(image_rgb, view)):
+                for hand in _plausible(_seen_in(image_rgb, view, self._detector)):
                     yield hand
                     yield from self._confirmations(image_rgb, hand)
 
@@ -195,10 +198,11 @@ class HandFinder:
     def _confirmations(self, image_rgb: RgbImage, hand: RawHand) -> Iterator[RawHand]:
         for factor, turns in ((2.4, 0), (3.5, 0), (1.7, 0), (2.4, 2)):
             view = around(_middle(hand), factor * hand.size_px, image_rgb.shape, turns)
-            yield from _plausible(self._seen_in(image_rgb, view))
+            yield from _plausible(_seen_in(image_rgb, view, self._detector))
 
-    def _seen_in(self, image_rgb: RgbImage, view: View) -> tuple[RawHand, ...]:
-        return tuple(view.back(hand) for hand in self._detector.detect(view.cut(image_rgb)))
+
+def _seen_in(image_rgb: RgbImage, view: View, detector: HandDetector) -> tuple[RawHand, ...]:
+    return tuple(view.back(hand) for hand in detector.detect(view.cut(image_rgb)))
 
 
 def _views_of(newcomer: Newcomer, shape: tuple[int, ...]) -> list[View]:
