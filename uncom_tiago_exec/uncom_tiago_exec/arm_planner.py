@@ -125,7 +125,7 @@ class ArmPlanner:
             PlanningError: even nearly sharp corners collide, which the path itself did not.
         """
         limits = self.limits.scaled(pace)
-        for radius in (0.25, 0.1, 0.03, 0.01):
+        for radius in (0.6, 0.25, 0.1, 0.03, 0.01):
             trajectory = time_path(self.group.joint_names, path, limits, radius=radius)
             if checker.path_is_free(self.group.clamp(trajectory.positions[1:-1])):
                 return trajectory

@@ -61,6 +61,7 @@ class CollisionChecker:
         self.checks = 0
         self._geometry = group.geometry.copy()
         self._names = list(group.links)
+        self._near = group.bounds.near(obstacles, max(self.margins.scene, self.margins.fingers))
         for obstacle in obstacles:
             self._add(obstacle, 0, 0, pin.SE3(obstacle.pose), "scene")
         if attachment is not None:
@@ -97,7 +98,7 @@ class CollisionChecker:
     def _with_scene(self, j: int, joints: list[int], held: list[int]) -> list[tuple[int, int, float]]:
         """Return the pairs of one solid of the scene with links and held solids, each with its margin."""
         name, pairs = self._names[j], []
-        for i in range(len(self.group.links)):
+        for i in np.flatnonzero(self._near[:, j - len(self.group.links)]).tolist():
             # the base stands still; the other arm goes up and down with the torso
             margin = self._scene_margin(self._names[i], name) if joints[i] != 0 else None
             if margin is not None:

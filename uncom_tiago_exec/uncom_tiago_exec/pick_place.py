@@ -36,7 +36,7 @@ from uncom_tiago_exec.straight import shortest_time
 from uncom_tiago_exec.types import SIDES, FloatArray, ManipulationTask, Side, Stage
 
 _LOG = logging.getLogger(__name__)
-_ENOUGH = 4  # grasps that work, to choose the quickest of
+_ENOUGH = 3  # grasps that work, to choose the quickest of
 _LIFTS = (0.12, 0.08, 0.05)
 _LOWERS = (0.1, 0.07, 0.04)
 _CONTACT = 0.05  # [rad, or m] joints that lag this far behind a slow motion are held up by something
@@ -229,9 +229,9 @@ class PickPlacePlanner:
         steps: list[Step] = [
             GripStep(Stage.APPROACHING, grasp.opening, detail="opening the fingers"),
             _move(arm, Stage.APPROACHING, (go, free, 1.0), "to the object"),
-            _move(arm, Stage.APPROACHING, (reach.approach, reaching, 0.6), "straight in"),
+            _move(arm, Stage.APPROACHING, (reach.approach, reaching, 0.8), "straight in"),
             GripStep(Stage.GRASPING, max(0.0, grasp.width - 0.02), holding=True, detail="closing the fingers"),
-            _move(arm, Stage.LIFTING, (reach.lift, lifting, min(reach.carrying_pace, 0.6)), "straight up"),
+            _move(arm, Stage.LIFTING, (reach.lift, lifting, min(reach.carrying_pace, 0.75)), "straight up"),
         ]
         return (*steps, *_placing_steps(reach, arm.start, arm.start_gap))
 
@@ -275,7 +275,7 @@ def _placing_steps(reach: _Reach, home: FloatArray, gap: float) -> tuple[Step, .
         _move(arm, Stage.TRANSFERRING, (over, carrying, min(reach.carrying_pace, 0.8)), "to the place"),
         _until_contact(down),
         GripStep(Stage.PLACING, reach.release_gap, detail="letting go"),
-        _move(arm, Stage.RETREATING, (reach.retreat, leaving, 0.6), "straight out"),
+        _move(arm, Stage.RETREATING, (reach.retreat, leaving, 0.9), "straight out"),
         _move(arm, Stage.HOMING, (_end_at(back, home), away, 1.0), "back to the start"),
         GripStep(Stage.HOMING, gap, detail="fingers as before"),
     )

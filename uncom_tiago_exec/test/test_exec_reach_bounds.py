@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pairs are left out of the checks only where no joints could bring them together."""
+
+import numpy as np
+import pytest
+from exec_fixtures import robot, start_positions
+from uncom_sim.bench_planning_scenes import tabletop_solids
+from uncom_tiago_exec.collision import CollisionChecker
+from uncom_tiago_exec.reach_bounds import ReachBounds
+from uncom_tiago_exec.types import SIDES
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_verdicts_are_the_same_when_every_pair_is_looked_at(side, monkeypatch):
+    rng = np.random.default_rng(12)
+    group, solids = robot().group(side, start_positions()), tabletop_solids(rng, 12)
+    quick = CollisionChecker(group, solids)
+    monkeypatch.setattr(ReachBounds, "near", lambda self, o, _: np.ones((len(self.radius), len(o)), dtype=bool))
+    exact = CollisionChecker(group, solids)
+    states = rng.uniform(group.lower, group.upper, (1500, 8))
+    verdicts = [quick.is_free(q) for q in states]
+    assert verdicts == [exact.is_free(q) for q in states]
+    assert 100 < sum(verdicts) < 1400
+
+
+def test_what_is_far_away_is_left_out_and_what_is_near_is_not():
+    group = robot().group("left", start_positions())
+    table, *things = tabletop_solids(np.random.default_rng(1), 6)
+    near = group.bounds.near((table, *things), 0.01)
+    hand = group.links.index("gripper_left_link")
+    assert near[hand].all()
+    assert not near[group.links.index("head_2_link")].any()
