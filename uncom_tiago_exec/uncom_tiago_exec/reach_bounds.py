@@ -33,7 +33,8 @@ class ReachBounds:
                 middle = np.array(model.jointPlacements[2].translation)
             if joint > 0:
                 middle = middle + np.array(model.jointPlacements[1].translation)
-            lines.append([middle + [0.0, 0.0, lower if joint else 0.0], middle + [0.0, 0.0, upper if joint else 0.0]])
+            rise = np.array([[lower], [upper]]) if joint > 0 else np.zeros((2, 1))
+            lines.append(middle + rise * [0.0, 0.0, 1.0])
             self.radius[i] = far + _SLACK
         self._low, self._high = np.array(lines)[:, 0], np.array(lines)[:, 1]
 
