@@ -121,7 +121,7 @@ def task_of(case: Case, seen: Seen, states: Iterable[ObjectState]) -> Manipulati
     thing = _nearest(seen, places[case.meaning.object])
     target = case.meaning.target
     goal = None
-    if target is not None and case.primitive in ("put_in", "put_on", "stack"):
+    if target is not None and case.primitive in ("put_in", "put_on", "stack", "pour"):
         goal = _nearest(seen, places[target])
     height = seen.table.height_m if seen.table is not None else case.scene.table.height
     pose = None if case.place is None else upright(np.array([*case.place, height]), 0.0)

@@ -40,8 +40,17 @@ def straight_path(solver: IkSolver, checker: CollisionChecker, start: FloatArray
     pose = solver.group.forward(start)
     turn = float(np.linalg.norm(Rotation.from_matrix(pose[:3, :3].T @ end[:3, :3]).as_rotvec()))
     count = max(1, int(np.ceil(max(float(np.linalg.norm(end[:3, 3] - pose[:3, 3])) / STEP, turn / 0.05))))
-    poses = interpolate_poses(pose, end, count)
-    quick = solver.along(np.array(poses), start)
+    return follow_poses(solver, checker, start, np.array(interpolate_poses(pose, end, count)))
+
+
+def follow_poses(solver: IkSolver, checker: CollisionChecker, start: FloatArray, poses: FloatArray) -> FloatArray:
+    """Return joint positions (N + 1, 8) that bring the hand from configuration `start` through poses (N, 4, 4).
+
+    Raises:
+        PlanningError: the arm reaches a limit, or would have to flip, on the way.
+        InCollisionError: something is in the way.
+    """
+    quick = solver.along(poses, start)
     if quick is not None and _smooth(np.vstack([start, quick])):
         result = np.vstack([start, quick])
     else:
@@ -54,7 +63,7 @@ def straight_path(solver: IkSolver, checker: CollisionChecker, start: FloatArray
     return result
 
 
-def _followed(solver: IkSolver, start: FloatArray, poses: list[FloatArray]) -> FloatArray:
+def _followed(solver: IkSolver, start: FloatArray, poses: FloatArray) -> FloatArray:
     """Follow poses by descent, each from the one before, with all joints."""
     path = [np.asarray(start)]
     for pose in poses:

@@ -35,7 +35,7 @@ from uncom_tiago_exec.types import FloatArray, ManipulationTask, Outcome, Stage
 from uncom_tiago_exec.verification import verify
 
 _LOG = logging.getLogger(__name__)
-SUPPORTED = (*PLACING, "pick", "push")
+SUPPORTED = (*PLACING, "pick", "push", "give", "pour", "point")
 _OTHERWISE = (UnreachableError, InCollisionError, PlanningError)  # what can be done from elsewhere, perhaps
 
 
@@ -83,6 +83,8 @@ class Engine:
         held = self._hand.in_hand
         if plan is None or self._hand.holds_nothing(plan):
             self._hand.in_hand = ""
+            if plan is not None:
+                self._hand.recover(plan, "my hand is empty; I go back to where I began")
             return self._run(task)
         words = {*task.object_text.lower().split(), task.object.label.lower()}
         if task.primitive not in PLACING or not (words & {*held.lower().split()} or not task.object_text):
@@ -204,11 +206,15 @@ class Engine:
                 task = self._look_for(task)
         if task.primitive == "pick":
             return f"I hold the {self._hand.in_hand}"
+        if task.primitive == "give":
+            return f"here is the {self._hand.in_hand}"
         try:
             self._hand.place(plan)
         except MotionError:
             self._hand.recover(plan)
             raise
+        if task.primitive == "point":
+            return f"that is the {task.object_text or task.object.label or 'object'}"
         return self._check(task, plan)
 
     def _plan(self, task: ManipulationTask, failed: list[FloatArray], attempt: int) -> Plan:
@@ -246,6 +252,8 @@ class Engine:
         if not self._config.verify:
             return f"I have put the {task.object_text or 'object'} down"
         self._hand.tell(Stage.VERIFYING, "looking again")
+        if task.primitive == "pour":  # it is to stand again where it was
+            task, plan = replace(task, target=None), replace(plan, scene=replace(plan.scene, target=None))
         finding = verify(task, plan, self._robot.look())
         data = finding.as_data()
         self._verification = data

@@ -51,6 +51,10 @@ def destination(task: ManipulationTask, moved: ObjectShape, target: ObjectShape 
     what = task.object_text or moved.name
     into = task.primitive in INTO or (task.relation == "in" and target is not None)
     onto = task.primitive in ONTO or (task.relation == "on" and target is not None)
+    if task.primitive == "pour":  # it goes back to where it was
+        if target is None:
+            raise RefusedError(f"I do not know what to pour the {what} into")
+        return Destination(moved.middle[:2], moved.bottom + RELEASE_GAP, frozenset({TABLE}))
     if target is not None and into:
         return _inside(moved, target, what)
     if target is not None and onto:

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pointing, holding out and pouring: where the hand goes, and what stays over what."""
+
+import numpy as np
+import pytest
+from exec_fixtures import TABLE_Z, ball_cloud, bowl_cloud, cylinder_cloud, make_task, robot, start_positions
+from uncom_sim.bench_execution import run_case
+from uncom_sim.bench_execution_cases import Case
+from uncom_sim.bench_planning_scenes import detection
+from uncom_sim.scene import scene_from_dict
+from uncom_sim.types import Meaning
+from uncom_tiago_exec.config import ExecutionConfig
+from uncom_tiago_exec.pick_place import PickPlacePlanner
+from uncom_tiago_exec.plan import GripStep, MoveStep
+from uncom_tiago_exec.pouring import motions, mouth_edge
+from uncom_tiago_exec.shapes import complete
+from uncom_tiago_exec.types import Stage
+
+
+def planned(primitive, things):
+    return PickPlacePlanner(robot(), ExecutionConfig()).plan(make_task(things, primitive), start_positions())
+
+
+@pytest.mark.parametrize("y", [-0.2, 0.25])
+def test_closed_fingers_point_at_the_thing_and_come_back(y):
+    rng = np.random.default_rng(1)
+    can = detection("can", cylinder_cloud(0.62, y, 0.033, 0.11, rng))
+    plan = planned("point", [can, detection("apple", ball_cloud(0.7, -y, 0.035, rng))])
+    out, back = (s.trajectory for s in plan.steps if isinstance(s, MoveStep))
+    hand = robot().group(plan.side, start_positions()).forward(out.positions[-1])
+    to_top = np.array([0.62, y, TABLE_Z + 0.11]) - hand[:3, 3]
+    ahead = float(to_top @ hand[:3, 0])
+    assert 0.05 < ahead < 0.35
+    assert np.linalg.norm(to_top - ahead * hand[:3, 0]) < 0.015
+    assert np.allclose(back.positions[-1], out.positions[0], atol=1e-3)
+    assert next(s for s in plan.steps if isinstance(s, GripStep)).gap == 0.0
+
+
+def test_what_is_given_is_held_out_high_over_the_table_and_kept():
+    rng = np.random.default_rng(2)
+    plan = planned("give", [detection("lemon", ball_cloud(0.58, 0.18, 0.027, rng))])
+    last = plan.steps[-1]
+    assert isinstance(last, MoveStep)
+    assert last.stage == Stage.TRANSFERRING
+    hand = robot().group(plan.side, start_positions()).forward(last.trajectory.positions[-1])
+    assert hand[2, 3] > TABLE_Z + 0.2
+    assert hand[0, 3] > 0.35
+    assert not any(s.stage in (Stage.PLACING, Stage.HOMING) for s in plan.steps)
+
+
+def test_the_mouth_stays_over_the_middle_while_everything_stays_above_it():
+    rng = np.random.default_rng(3)
+    mug = complete("mug", cylinder_cloud(0.5, 0.2, 0.04, 0.1, rng), TABLE_Z)
+    bowl = complete("bowl", bowl_cloud(0.6, -0.05, 0.085, 0.065, rng), TABLE_Z)
+    ahead = np.array([0.6, -0.8])
+    edge = np.append(mouth_edge(mug, ahead), 1.0)
+    for motion in motions(mug, bowl, ahead, 0.4, 2.0):
+        at = motion @ edge
+        assert np.linalg.norm(at[:2] - bowl.rim.centre) < 1e-6
+        assert (mug.points @ motion[2, :3] + motion[2, 3]).min() > bowl.top + 0.04
+    assert np.arccos(motions(mug, bowl, ahead, 0.4, 2.0)[-1][2, 2]) == pytest.approx(2.0)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_a_mug_is_tilted_over_a_bowl_and_stands_again_where_it_was():
+    things = [{"id": "o0", "kind": "mug", "x": 0.55, "y": 0.25, "yaw": 0.4}]
+    things.append({"id": "o1", "kind": "bowl", "x": 0.58, "y": 0.0, "yaw": 0.0})
+    scene = scene_from_dict({"objects": things, "say": "pour it"})
+    run = run_case(Case(0, scene, Meaning("o0", "area", "o1", (0.55, 0.25)), "pour", "pour", None), robot=robot())
+    assert run.outcome.success, run.outcome.reason
+    assert run.physical.success, run.physical.reason
+    assert run.physical.object_moved_m < 0.03
+    assert run.physical.others_moved_m < 0.02
+    assert run.table_touches == 0
