@@ -139,3 +139,13 @@ def test_impossible_places_are_refused_in_words():
 def _shapes(task):
     scene = build_scene(task)
     return scene.moved, scene.target
+
+
+def test_a_tall_thing_is_held_near_its_middle_and_carried_gently():
+    """Far above its middle a bottle is a pendulum: the best grasps are not at its top."""
+    rng = np.random.default_rng(11)
+    shape = complete("bottle", cylinder_cloud(0.6, 0.1, 0.03, 0.24, rng), TABLE_Z)
+    gripper = robot().gripper("left")
+    best = grasp_candidates(shape, np.zeros((0, 3)), gripper)[:10]
+    pads = [g.pose[2, 3] + gripper.tip * g.approach[2] for g in best]
+    assert max(pads) < shape.middle[2] + 0.08

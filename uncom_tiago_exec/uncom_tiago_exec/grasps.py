@@ -237,5 +237,6 @@ def _quality(
     across = float(np.linalg.norm(arm - (arm @ hand.closing[:2]) * hand.closing[:2]))
     leverage = float(np.exp(-across / 0.08) * np.exp(-float(np.linalg.norm(arm)) / 0.4))
     approach = 0.8 + 0.2 * np.sin(hand.pitch)
-    above = float(np.clip(1.0 + (place[2] - middle[2]) / 0.25, 0.7, 1.05))
+    higher = float(place[2] - middle[2])  # held a little above its middle it does not tip, far above it swings
+    above = float(np.clip(1.0 + higher / 0.25, 0.7, 1.05)) / (1.0 + 4.0 * max(0.0, higher - 0.04))
     return float(facing * contact * depth * width * leverage * approach * above * (0.5 + 0.5 * gripper.open / 0.09))

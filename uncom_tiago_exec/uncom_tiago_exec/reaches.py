@@ -35,8 +35,11 @@ class Reach:
 
     @property
     def carrying_pace(self) -> float:
-        """Share of the full pace at which the thing is carried: doubtful grasps are not shaken."""
-        return float(np.clip(0.35 + 0.7 * self.grasp.quality, 0.5, 0.9))
+        """Share of the full pace at which the thing is carried: doubtful grasps and long pendulums are not shaken."""
+        pads = self.grasp.pose[2, 3] + self.arm.group.gripper.tip * self.grasp.approach[2]
+        lever = abs(float(pads - self.arm.scene.moved.middle[2]))
+        swing = 1.0 / (1.0 + 8.0 * max(0.0, lever - 0.03))
+        return float(np.clip((0.35 + 0.7 * self.grasp.quality) * swing, 0.45, 0.9))
 
     def cost(self) -> float:
         """Rough time of the free motions, dearer for doubtful grasps: what is lost costs more than a way [s]."""

@@ -151,6 +151,8 @@ def _judged(task: ManipulationTask, plan: Plan, after: Scene) -> Finding:
         return Finding(False, f"the {what} is still where it was", error, moved)
     rise = _rise_inside(plan, here)
     filled = inside and rise is not None and rise > _RISE
+    if task.primitive in ("put_on", "stack") and not _stands_on(plan, here, goal):
+        return Finding(False, f"the {what} is not on the {task.target_text or 'other thing'}", error, moved)
     elsewhere = inside and not filled and error > allowed and len(here) >= len(task.scene)
     if error <= allowed or filled or (inside and not still_there and not elsewhere):
         where = (
@@ -158,6 +160,16 @@ def _judged(task: ManipulationTask, plan: Plan, after: Scene) -> Finding:
         )
         return Finding(True, f"the {what} is {where}", error, moved)
     return Finding(False, f"I do not see the {what} where I put it", error, moved)
+
+
+def _stands_on(plan: Plan, seen: list[Detection], goal: FloatArray) -> bool:
+    """Tell whether something rises above the top of a target at the place (2,), about as high as the thing is."""
+    target, thing = plan.scene.target, plan.scene.moved
+    if target is None or target.rim is not None:
+        return True
+    points = np.vstack([_cloud(d) for d in seen]) if seen else np.zeros((0, 3))
+    near = points[np.linalg.norm(points[:, :2] - goal, axis=1) < 0.5 * float(thing.size[0]) + 0.01]
+    return len(near) > 0 and float(np.quantile(near[:, 2], 0.98)) > target.top + 0.4 * thing.height
 
 
 def _is_there(thing: Detection, seen: list[Detection], old: FloatArray) -> bool:
