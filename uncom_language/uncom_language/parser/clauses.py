@@ -152,7 +152,7 @@ class ClauseReader:
             raise NotInGrammarError(targets[0].tokens[0], ("NOUN",))
 
     def _order(self, tree: Tree, kind: str, things: Sequence[Reference]) -> str:
-        """Return what is ordered rather than pointed out: an indefinite drink, or with "I want" anything unknown."""
+        """Return what is ordered rather than pointed out: a drink, or with "I want" what has unknown words."""
         if kind not in ("want", "give", "take") or not things:
             return ""
         definite = any(
@@ -160,7 +160,8 @@ class ClauseReader:
             for token in tokens_of(tree)
         )
         sort = self._lexicon.noun_class.get(things[0].head, "unknown")
-        if definite or not (sort == "drink" or (kind == "want" and sort == "unknown")):
+        strange = any(token.tag == "NOUN" and token.detail.startswith("unknown") for token in tokens_of(tree))
+        if definite or not (sort == "drink" or (kind == "want" and (sort == "unknown" or strange))):
             return ""
         return things[0].text
 

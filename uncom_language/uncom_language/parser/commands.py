@@ -17,7 +17,8 @@ from uncom_language.parser.discourse import Utterance, combine
 from uncom_language.parser.grammar import NotInGrammarError, Tree, children, load_grammar, parse_tokens
 from uncom_language.parser.lexicon import Lexicon, load_lexicon
 from uncom_language.parser.places import Timing
-from uncom_language.parser.tagger import Tagger, split_text, without_fillers
+from uncom_language.parser.supports import on_support
+from uncom_language.parser.tagger import Tagger, split_text, without_fillers, without_stutter
 from uncom_language.parser.tokens import Item, Token
 from uncom_language.types import Act, Command, Primitive, Relation, Span, Transcript, Word
 
@@ -94,6 +95,20 @@ class GrammarParser:
         return True
 
     def _tree(self, items: tuple[Item, ...]) -> Tree:
+        """Parse words; where they make no sentence, they are tried without what is said twice in a row.
+
+        Raises:
+            NotInGrammarError: they are no sentence.
+        """
+        try:
+            return self._tree_of(items)
+        except NotInGrammarError:
+            once = without_stutter(items)
+            if len(once) == len(items):
+                raise
+            return self._tree_of(once)
+
+    def _tree_of(self, items: tuple[Item, ...]) -> Tree:
         """Parse words; where the likeliest classes make no sentence, others are tried.
 
         Raises:
@@ -136,10 +151,10 @@ class GrammarParser:
             clauses = self._broken_off(reading.items, timing)
             if not clauses:
                 return [_refused(said, _why_refused(error, said.text))]
-        ordered = next((clause.order for clause in clauses if clause.order), "")
-        if ordered:
-            return [_refused(said, f"{ordered!r} is nothing that I could bring from this table")]
-        commands = combine(said, clauses)
+        reason = self._why_not(clauses)
+        if reason:
+            return [_refused(said, reason)]
+        commands = [on_support(command, self.lexicon) for command in combine(said, clauses)]
         if all(command.act is Act.FRAGMENT and _only_it(command) for command in commands):
             return [_refused(said, f"{said.text!r} is no command for me")]
         if all(command.act is Act.INCOMPLETE and not _names_thing(command) for command in commands) and not answered:
@@ -150,6 +165,22 @@ class GrammarParser:
         tree = self._tree(items)
         reader = ClauseReader(self.lexicon, timing)
         return [reader.read(child) for child in children(tree) if isinstance(child, lark.Tree)]
+
+    def _why_not(self, clauses: list[Clause]) -> str:
+        """Return why what was understood is not to be done; empty if it is."""
+        ordered = next((clause.order for clause in clauses if clause.order), "")
+        if ordered:
+            return f"{ordered!r} is nothing that I could bring from this table"
+        thrown = next((clause.action_text for clause in clauses if self._is_thrown(clause)), "")
+        if thrown:
+            return f"{thrown!r} is nothing that I do; tell me where to put it, into a bin for example"
+        return ""
+
+    def _is_thrown(self, clause: Clause) -> bool:
+        """Whether a thing is to be got rid of, and nobody says where to."""
+        said = f"{clause.action_text} "
+        thrown = any(said.startswith(f"{verb} ") for verb in self.lexicon.raw.get("thrown", ()))
+        return thrown and bool(clause.objects) and clause.target is None and not clause.placed
 
     def _broken_off(self, items: tuple[Item, ...], timing: Timing) -> list[Clause]:
         """Read a sentence that ends within a phrase ("put the cup on the"); nothing if it is none."""

@@ -15,6 +15,7 @@ _EXPECT_NOUN = PREMODIFIERS | {
     "NOUN", "VERB", "RELATION", "TO", "SOURCE", "BETWEEN", "COMPARED", "OF", "AND", "PARTICLE", "RECIPIENT", "AS",
     "EXCEPT",
 }  # fmt: skip
+_STUTTER = 3  # words
 _TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_](?:[^\W\d_]|')*|[.;!?,:]")
 
 
@@ -52,6 +53,19 @@ def without_fillers(items: Sequence[Item], lexicon: Lexicon) -> list[Item]:
         kept.extend(words_only[position : position + step])
         position += step
     return kept
+
+
+def without_stutter(items: Sequence[Item]) -> tuple[Item, ...]:
+    """Remove up to three words that are said twice in a row: "put the put the lemon in in the bowl"."""
+    kept: list[Item] = []
+    for item in items:
+        kept.append(item)
+        for length in range(min(_STUTTER, len(kept) // 2), 0, -1):
+            again, before = kept[-length:], kept[-2 * length : -length]
+            if [one.text for one in again] == [one.text for one in before]:
+                del kept[-2 * length : -length]
+                break
+    return tuple(kept)
 
 
 def _longest(words: tuple[str, ...], start: int, phrases: Container[tuple[str, ...]], limit: int) -> int:

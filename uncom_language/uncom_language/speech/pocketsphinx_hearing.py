@@ -26,6 +26,9 @@ _RISE_DB = 6.0  # a word's first sound stands out of the background by this
 # After this much sound the cepstral mean is known well enough to begin (measured: as good as the whole utterance's).
 _MEAN_S = 0.8
 _PIECE_S = 0.09
+# A model that is so much less likely [log score] than another is not heard any more: what lay behind by half of that
+# never came to the front (measured on people and on synthesised voices).
+_HOPELESS = 12.0
 # Cepstral mean from which each utterance starts, the same for all, so that no utterance depends on those before it:
 # what PocketSphinx had arrived at after twelve sentences in nine voices. It weighs as much as five seconds of sound.
 _MEAN = "62.8,-7.75,-2.02,5.14,-4.49,-4.12,-2.62,-7.64,-5.75,-4.24,-0.83,-0.57,-3.45"
@@ -48,12 +51,12 @@ def decode_whole(decoders: Sequence[Any], sound: Int16Array, alternatives: int) 
 class PocketSphinxHearing(Hearing):
     """Decodes while the sound arrives, so that at the end of the speech only the last moment is left to do.
 
-    The first 0.8 s are kept back until their cepstral mean is known.
+    The first 0.8 s are kept back until their cepstral mean is known. Soon only the likelier model goes on listening.
     """
 
     def __init__(self, decoders: Sequence[Any], alternatives: int) -> None:
         """Begin; the decoders must not be used otherwise until `finish`."""
-        self._decoders = decoders
+        self._decoders = list(decoders)
         self._alternatives = alternatives
         self._kept: list[Int16Array] = []
         self._waiting = 0
@@ -74,8 +77,7 @@ class PocketSphinxHearing(Hearing):
         if not self._running:
             return ""
         self._decode()
-        scored = [(_score(decoder), decoder) for decoder in self._decoders]
-        score, best = max(scored, key=lambda pair: pair[0])
+        score, best = max(self._scored(), key=lambda pair: pair[0])
         if score == -math.inf:
             return ""
         return " ".join(plain(word) for word in best.hyp().hypstr.split() if is_word(word))
@@ -109,6 +111,16 @@ class PocketSphinxHearing(Hearing):
         self._sound.append(heard)
         for decoder in self._decoders:
             decoder.process_raw(heard.tobytes(), no_search=False, full_utt=False)
+        if len(self._decoders) > 1:
+            scored = self._scored()
+            least = max(score for score, _ in scored) - _HOPELESS
+            for score, decoder in scored:
+                if -math.inf < score < least:
+                    decoder.end_utt()
+                    self._decoders.remove(decoder)
+
+    def _scored(self) -> list[tuple[float, Any]]:
+        return [(_score(decoder), decoder) for decoder in self._decoders]
 
     def _begin(self, sound: Int16Array) -> None:
         """Take level and cepstral mean from the beginning."""
@@ -192,7 +204,7 @@ def _hypotheses(decoder: Any, limit: int) -> tuple[Hypothesis, ...]:
     for number, hypothesis in enumerate(decoder.nbest()):
         if number >= limit:
             break
-        if hypothesis.hypstr and hypothesis.score > 0.0:
+        if hypothesis is not None and hypothesis.hypstr and hypothesis.score > 0.0:
             words = tuple(plain(word) for word in hypothesis.hypstr.split() if is_word(word))
             score = math.log(hypothesis.score) * _SCORE_TO_LOG
             found[words] = max(score, found.get(words, -math.inf))

@@ -33,6 +33,8 @@ _NEW_WORD_SHARE = 0.001
 # Made by tools/adapt_to_voices.py: how the model changes for synthesised voices.
 _SYNTHETIC_VOICES = Path(__file__).parent / "models" / "synthetic_voices.npz"
 
+_BEAMS = {"beam": "beam", "pbeam": "phone_beam", "wbeam": "word_beam"}  # PocketSphinx's names and ours
+
 
 @dataclass(frozen=True, slots=True)
 class DecoderWeights:
@@ -42,6 +44,11 @@ class DecoderWeights:
     wip: float = 0.65
     general_words: int = 2000
     max_active: int = 3000  # states that stay in the search per frame
+    # How unlikely a state, the last phone of a word, and a word may be beside the best one to stay in the search for
+    # synthesised voices. For people it stays narrower: their sound fits worse, so more would compete for max_active.
+    beam: float = 1e-60
+    phone_beam: float = 1e-60
+    word_beam: float = 1e-40
     alternatives: int = 8
 
 
@@ -134,7 +141,11 @@ class PocketSphinxRecognizer(Recognizer):
             dictionary.write_text("".join(dictionary_lines(vocabulary, accented)), encoding="utf-8")
             plain = model_folder() / "en-us"
             adapted = make_adapted_model(plain, read_adaptation(_SYNTHETIC_VOICES), Path(folder))
-            decoders = tuple(self._make_decoder(acoustic, model, dictionary) for acoustic in (plain, adapted))
+            wide = {name: getattr(self._weights, field) for name, field in _BEAMS.items()}
+            decoders = (
+                self._make_decoder(plain, model, dictionary),
+                self._make_decoder(adapted, model, dictionary, **wide),
+            )
         # The first utterance of a decoder is scored a little differently from the same sound later: let it be this one.
         noise = np.random.default_rng(0).normal(0.0, 300.0, 2 * SAMPLE_RATE).astype(np.int16)
         hearing = PocketSphinxHearing(decoders, self._weights.alternatives)
@@ -143,7 +154,7 @@ class PocketSphinxRecognizer(Recognizer):
         hearing.finish()
         return decoders
 
-    def _make_decoder(self, acoustic: Path, model: Path, dictionary: Path) -> Any:
+    def _make_decoder(self, acoustic: Path, model: Path, dictionary: Path, **beams: float) -> Any:
         try:
             return pocketsphinx.Decoder(
                 hmm=str(acoustic),
@@ -152,6 +163,7 @@ class PocketSphinxRecognizer(Recognizer):
                 lw=self._weights.lw,
                 wip=self._weights.wip,
                 maxhmmpf=self._weights.max_active,
+                **beams,
                 # A second pass over the utterance at its end: it costs a third of the time and no word less is wrong.
                 fwdflat=False,
                 # Its tracker starts anew with every utterance and takes the first word for noise.
