@@ -42,7 +42,7 @@ _TICK_S = 0.02  # [s] how often a waiting thread looks at stop requests and sile
 _EXTRA_S = 5.0  # [s] a controller may take longer than its trajectory before it counts as stuck
 _ACCEPT_S = 1.0  # [s] until a controller has taken a goal and tells how far it is
 _STEP = 1e-5  # [rad or m] between two joint states that is a motion
-_LATE_S = 3.0  # [s] a controller may say nothing while others are heard
+_ARRIVED = 0.01  # [rad or m] from the end of its motion, where a joint need not move any more
 _LOOK_S = 20.0  # [s] for a picture and its detections
 
 
@@ -176,7 +176,9 @@ class RosRobot(RobotInterface):
         deadline = ends_s + _EXTRA_S
         while not done.wait(_TICK_S):
             failed = [r for r in results.values() if r.error_code != FollowJointTrajectory.Result.SUCCESSFUL]
-            silent = [name for name in goals if name not in results and self._is_silent(name, ends_s)]
+            silent = [
+                name for name, goal in goals.items() if name not in results and self._is_silent(name, goal, ends_s)
+            ]
             if self._stop.is_set() or self._now() > deadline or failed or silent or not self._alive():
                 self._cancel(goals)
                 break
@@ -223,21 +225,20 @@ class RosRobot(RobotInterface):
     def _on_feedback(self, name: str, _: Any) -> None:
         self._heard[name] = self._now()
 
-    def _is_silent(self, name: str, ends_s: float) -> bool:
-        """Tell whether a controller that follows a goal has said nothing for too long.
+    def _is_silent(self, name: str, goal: Any, ends_s: float) -> bool:
+        """Tell whether a controller that follows a goal neither tells how far it is nor moves, with some way to go.
 
-        Where its joints move it is alive, whatever became of its messages: a busy machine hands them over late. When
-        the motion is over by the plan there is nothing left to stop, and its result may take longer.
+        Its messages alone do not tell: a busy machine hands them over late, and a joint may have nothing to do in a
+        motion of others. When the motion is over by the plan, its result may take longer.
         """
         now, timeout_s = self._now(), max(self._config.state_timeout_s, _TICK_S)
         if now - self._heard[name] <= timeout_s or now > ends_s:
             return False
+        end = dict(zip(goal.trajectory.joint_names, goal.trajectory.points[-1].positions, strict=True))
         with self._lock:
             moved = max(self._moved.get(joint, -np.inf) for joint in CONTROLLERS[name])
-            others = max(self._heard.values(), default=-np.inf)
-        # Another controller that is heard shows that messages come through, only not in turn.
-        patience_s = _LATE_S if now - others <= timeout_s else timeout_s
-        return now - moved > timeout_s and now - self._heard[name] > patience_s
+            to_go = max(abs(self._joints.get(joint, position) - position) for joint, position in end.items())
+        return now - moved > timeout_s and to_go > _ARRIVED
 
     def _alive(self) -> bool:
         return self._now() - self._joints_stamp < self._config.state_timeout_s
