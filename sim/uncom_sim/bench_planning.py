@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from uncom_sim.robot.names import home_positions
 
 _PLAN_LIMIT_S = 1.0
 _CHECKS = 2000
+_ROUNDS = 3  # of what takes under a millisecond; the least counts, for others who use the machine only add to it
 LIGHT, FULL = 0.02, 0.4  # [s] budgets of shortcuts and of full simplification
 
 
@@ -59,14 +61,14 @@ def inverse_kinematics(robot: RobotModel, start: dict[str, float], count: int, s
         group, solver = groups[i % 2], solvers[i % 2]
         target = group.forward(rng.uniform(group.lower, group.upper))
         near = rng.uniform(group.lower, group.upper)
-        began = time.thread_time()
-        try:
-            q = solver.solutions(target, [near], restarts=40)[0]
-        except ExecutionError:
-            continue
-        finally:
-            times.append(1000.0 * (time.thread_time() - began))
-        solved += _reaches(group, q, target)
+        q, spent = None, []
+        for _ in range(_ROUNDS):
+            began = time.thread_time()
+            with suppress(ExecutionError):
+                q = solver.solutions(target, [near], restarts=40)[0]
+            spent.append(1000.0 * (time.thread_time() - began))
+        times.append(min(spent))
+        solved += q is not None and _reaches(group, q, target)
     return {"success": solved / count, **_percentiles(times)}
 
 
@@ -95,10 +97,13 @@ def check_time_us(robot: RobotModel, start: dict[str, float], seed: int) -> floa
     home = group.clamp(group.vector(start))
     states = [q for q in home + rng.normal(scale=0.35, size=(4 * _CHECKS, 8)) if checker.is_free(group.clamp(q))]
     states = [group.clamp(q) for q in states[:_CHECKS]]
-    began = time.thread_time()
-    for q in states:
-        checker.is_free(q)
-    return 1e6 * (time.thread_time() - began) / max(len(states), 1)
+    spent = []
+    for _ in range(_ROUNDS):
+        began = time.thread_time()
+        for q in states:
+            checker.is_free(q)
+        spent.append(1e6 * (time.thread_time() - began) / max(len(states), 1))
+    return min(spent)
 
 
 def single_problems(

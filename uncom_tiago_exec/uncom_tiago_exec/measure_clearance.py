@@ -17,10 +17,13 @@ from typing import Any
 import coal
 import numpy as np
 import pinocchio as pin
+import pinocchio.utils
 
 from uncom_tiago_exec.clearance import CELLS, FILE, UNIT, joints_between
 from uncom_tiago_exec.robot_model import ArmGroup, RobotModel
 from uncom_tiago_exec.types import SIDES
+
+_SLACK = 0.0003  # [m] between the angles that levers are looked at
 
 
 def measure(group: ArmGroup) -> list[dict[str, object]]:
@@ -57,15 +60,16 @@ def _distance(objects: list[Any], gdata: Any, i: int, j: int) -> float:
 
 
 def _farthest_moves(group: ArmGroup, shape: int, per_cell: tuple[float, float]) -> float:
-    """Return how far a point of the outer shape can move within half a cell [m]."""
+    """Return how far a corner of the outer shape can move within half a cell [m]: its lever times the angle."""
     model, thing = group.model, group.geometry.geometryObjects[shape]
-    outer = thing.parentJoint
-    local = thing.geometry
-    local.computeLocalAABB()
-    centre = thing.placement.act(np.array(local.aabb_center))
-    second = float(np.linalg.norm(centre)) + float(local.aabb_radius)  # from the axis of the outer joint, at most
-    first = second + float(np.linalg.norm(model.jointPlacements[outer].translation))
-    return 0.5 * (first / per_cell[0] + second / per_cell[1])
+    corners = np.array(thing.geometry.vertices()) @ thing.placement.rotation.T + thing.placement.translation
+    second = float(np.hypot(corners[:, 0], corners[:, 1]).max())
+    outer = model.jointPlacements[thing.parentJoint]
+    first = 0.0
+    for angle in np.linspace(-np.pi, np.pi, 256):
+        turned = corners @ pin.utils.rotate("z", float(angle)).T @ outer.rotation.T + outer.translation
+        first = max(first, float(np.hypot(turned[:, 0], turned[:, 1]).max()))
+    return 0.5 * (first / per_cell[0] + second / per_cell[1]) + _SLACK
 
 
 def main(argv: list[str]) -> int:
