@@ -27,6 +27,7 @@ from uncom_tiago_exec.pick_place import PickPlacePlanner
 from uncom_tiago_exec.plan import GripStep, MoveStep
 from uncom_tiago_exec.robot_interface import RobotInterface
 from uncom_tiago_exec.types import Stage
+from uncom_tiago_exec.verification import verify
 
 CONFIG = ExecutionConfig()
 
@@ -300,3 +301,19 @@ def test_what_is_out_of_reach_is_reached_by_driving_nearer_and_back():
     assert not refused.success
     assert not fixed.driven
     assert fixed.moves == 0
+
+
+def test_what_fell_beside_its_target_is_not_on_it():
+    """The box still stands where the can was to be; only the height tells that the can is not there."""
+    rng = np.random.default_rng(6)
+    can = detection("can", cylinder_cloud(0.6, 0.25, 0.033, 0.11, rng))
+    box = detection("box", box_cloud(0.62, 0.0, 0.2, np.array([0.12, 0.09, 0.08]), rng))
+    task = make_task([can, box], "stack", target="box", relation="on")
+    plan = PickPlacePlanner(robot(), CONFIG).plan(task, start_positions())
+    fallen = detection("can", cylinder_cloud(0.55, 0.14, 0.033, 0.07, rng))
+    stacked = cylinder_cloud(*plan.scene.target.middle[:2], 0.033, 0.11, rng)
+    stacked[:, 2] += 0.08
+    on_top = detection("can", stacked)
+    for thing, expected in ((fallen, False), (on_top, True)):
+        seen = Scene(0.0, "base_footprint", (thing, box), flat_table(), (), "test")
+        assert verify(task, plan, seen).success is expected
