@@ -317,3 +317,14 @@ def test_what_fell_beside_its_target_is_not_on_it():
     for thing, expected in ((fallen, False), (on_top, True)):
         seen = Scene(0.0, "base_footprint", (thing, box), flat_table(), (), "test")
         assert verify(task, plan, seen).success is expected
+
+
+def test_what_slipped_out_of_a_doubtful_grasp_is_pushed():
+    rng = np.random.default_rng(1)
+    task = make_task([detection("pan", dish_cloud(0.58, -0.2, 0.12, 0.045, rng))], "place", place=(0.6, -0.02))
+    planner = PickPlacePlanner(robot(), CONFIG)
+    first = planner.plan(task, start_positions())
+    assert first.grasp is not None
+    second = planner.plan(task, start_positions(), [first.grasp.pose])
+    assert second.grasp is None
+    assert second.motion[:2, 3] == pytest.approx([0.02, 0.18], abs=0.02)

@@ -49,6 +49,8 @@ _ENOUGH = 3  # grasps that work, to choose the quickest of
 _LIFTS = (0.12, 0.08, 0.05)
 _LOWERS = (0.1, 0.07, 0.04)
 _STEEP = -0.8  # least z of an approach direction for pouring
+_POOR = 0.1  # quality of grasps below which a thing is rather pushed where it can be, and once one has failed
+_POOR_AGAIN = 0.3
 PLACING = ("place", "put_in", "put_on", "stack")
 
 
@@ -82,10 +84,9 @@ class PickPlacePlanner:
         grasps = [g for g in grasps if not any(same_grasp(g.pose, bad) for bad in avoid)]
         if task.primitive == "pour":  # what is held from straight above cannot be tilted far
             grasps = [g for g in grasps if g.family == "across" and g.approach[2] > _STEEP]
-        if not grasps and task.primitive in PLACING and goal is not None and goal.touches == TABLE_ONLY:
-            return self._timed_plan(
-                self._pushed(arms, scene, task, goal), started, {"push": time.thread_time() - began}
-            )
+        pushed = self._rather_pushed(arms, scene, task, goal, grasps, bool(avoid))
+        if pushed is not None:
+            return self._timed_plan(pushed, started, {"push": time.thread_time() - began})
         if not grasps:
             raise RefusedError(f"I see no way to take hold of the {task.object_text or 'object'}")
         found_at = time.thread_time()
@@ -124,6 +125,31 @@ class PickPlacePlanner:
             GripStep(Stage.HOMING, arm.start_gap, detail="fingers as before"),
         )
         return Plan(arm.side, steps, scene, None, push.motion)
+
+    def _rather_pushed(
+        self,
+        arms: Mapping[Side, ArmPlanner],
+        scene: SceneModel,
+        task: ManipulationTask,
+        goal: Destination | None,
+        grasps: Sequence[Grasp],
+        again: bool,
+    ) -> Plan | None:
+        """Plan to push over the table what no grasp, or only doubtful ones, would hold; None if that is not so.
+
+        Raises:
+            RefusedError: it cannot be pushed there, and there is no grasp either.
+        """
+        if task.primitive not in PLACING or goal is None or goal.touches != TABLE_ONLY:
+            return None
+        if max((g.quality for g in grasps), default=0.0) > (_POOR_AGAIN if again else _POOR):
+            return None
+        try:
+            return self._pushed(arms, scene, task, goal)
+        except ExecutionError:
+            if not grasps:
+                raise
+            return None
 
     def _pointed(self, arms: Mapping[Side, ArmPlanner], scene: SceneModel) -> Plan:
         """Plan to point at the thing with closed fingers, and to come back."""
