@@ -34,20 +34,6 @@ _HOPELESS = 12.0
 _MEAN = "62.8,-7.75,-2.02,5.14,-4.49,-4.12,-2.62,-7.64,-5.75,-4.24,-0.83,-0.57,-3.45"
 
 
-def decode_whole(decoders: Sequence[Any], sound: Int16Array, alternatives: int) -> Recognition:
-    """Recognise one utterance, int16 at 16 kHz, of which all is there."""
-    reason = _too_little(sound)
-    if reason:
-        return Recognition(reason=reason)
-    heard = with_floor(sound)
-    for decoder in decoders:
-        _forget(decoder)
-        decoder.start_utt()
-        decoder.process_raw(heard.tobytes(), no_search=False, full_utt=True)
-        decoder.end_utt()
-    return _best(decoders, heard, alternatives)
-
-
 class PocketSphinxHearing(Hearing):
     """Decodes while the sound arrives, so that at the end of the speech only the last moment is left to do.
 
@@ -84,8 +70,8 @@ class PocketSphinxHearing(Hearing):
 
     def finish(self) -> Recognition:
         """End the utterance."""
-        if not self._running:
-            return decode_whole(self._decoders, self._take(), self._alternatives)
+        if not self._running and (reason := _too_little(_joined(self._kept))):
+            return Recognition(reason=reason)
         self._decode()
         for decoder in self._decoders:
             decoder.end_utt()
@@ -95,7 +81,7 @@ class PocketSphinxHearing(Hearing):
         return Recognition(reason=reason) if reason else _best(self._decoders, sound, self._alternatives)
 
     def _take(self) -> Int16Array:
-        taken = np.concatenate(self._kept) if self._kept else np.zeros(0, np.int16)
+        taken = _joined(self._kept)
         self._kept.clear()
         self._waiting = 0
         return taken
@@ -133,6 +119,10 @@ class PocketSphinxHearing(Hearing):
             decoder.set_cmn(decoder.get_cmn(True))
             decoder.start_utt()
         self._running = True
+
+
+def _joined(pieces: Sequence[Int16Array]) -> Int16Array:
+    return np.concatenate([np.zeros(0, np.int16), *pieces])
 
 
 def _forget(decoder: Any) -> None:

@@ -19,15 +19,16 @@ import pocketsphinx
 
 from uncom_language.exceptions import RecognizerError
 from uncom_language.speech.acoustic_model import make_adapted_model, read_adaptation
-from uncom_language.speech.audio import SAMPLE_RATE, as_float, resample, to_int16
+from uncom_language.speech.audio import SAMPLE_RATE, Int16Array, as_float, resample, to_int16
 from uncom_language.speech.language_model import ModelWeights, draw_sentences, make_arpa
-from uncom_language.speech.pocketsphinx_hearing import PocketSphinxHearing, decode_whole
+from uncom_language.speech.pocketsphinx_hearing import PocketSphinxHearing
 from uncom_language.speech.pronunciation import pronounce, with_accents
 from uncom_language.speech.recognizer import Hearing, Recognition, Recognizer, Samples
 from uncom_language.speech.timeline import shifted
 
 _LOG = logging.getLogger(__name__)
 _LONGEST_S = 30.0
+_PIECE = SAMPLE_RATE // 20
 # Probability of a word that is learnt at run time, among single words.
 _NEW_WORD_SHARE = 0.001
 # Made by tools/adapt_to_voices.py: how the model changes for synthesised voices.
@@ -180,15 +181,19 @@ class PocketSphinxRecognizer(Recognizer):
         piece = round(_LONGEST_S * SAMPLE_RATE)
         starts = range(0, max(sound.size, 1), piece)
         with self._lock:
-            parts = [
-                decode_whole(self._decoders, sound[start : start + piece], self._weights.alternatives)
-                for start in starts
-            ]
+            parts = [self._hear(sound[start : start + piece]) for start in starts]
         if len(parts) == 1:
             return parts[0]
         offsets = [start / SAMPLE_RATE for start in starts]
         words = tuple(word for part, offset in zip(parts, offsets, strict=True) for word in shifted(part.words, offset))
         return Recognition(words, reason="" if words else parts[0].reason)
+
+    def _hear(self, sound: Int16Array) -> Recognition:
+        """Hear a whole utterance piece by piece, as it would have come from a microphone."""
+        hearing = PocketSphinxHearing(self._decoders, self._weights.alternatives)
+        for start in range(0, sound.size, _PIECE):
+            hearing.feed(sound[start : start + _PIECE])
+        return hearing.finish()
 
     def open(self) -> Hearing:
         """Begin an utterance that is decoded while it arrives; it needs the decoders for itself until it ends."""
