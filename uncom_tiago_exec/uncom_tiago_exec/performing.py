@@ -84,6 +84,8 @@ class Performer:
             else:
                 self._grip(plan, step)
             if holding and step.stage == Stage.LIFTING:
+                # a finger that was held up by the table, not by the thing, closes now
+                self._robot.grip(plan.side, max(0.0, self._held_gap - _SQUEEZE))
                 self._still_held(plan, what, "the {} slipped out of my fingers")
 
     def _close(self, plan: Plan, what: str) -> None:
