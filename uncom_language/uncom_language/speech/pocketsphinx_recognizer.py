@@ -34,7 +34,13 @@ _NEW_WORD_SHARE = 0.001
 # Made by tools/adapt_to_voices.py: how the model changes for synthesised voices.
 _SYNTHETIC_VOICES = Path(__file__).parent / "models" / "synthetic_voices.npz"
 
-_BEAMS = {"beam": "beam", "pbeam": "phone_beam", "wbeam": "word_beam"}  # PocketSphinx's names and ours
+_BEAMS = {
+    "beam": "beam",
+    "pbeam": "phone_beam",
+    "wbeam": "word_beam",
+    "lpbeam": "last_phone_beam",
+    "lponlybeam": "only_phone_beam",
+}  # PocketSphinx's names and ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +56,8 @@ class DecoderWeights:
     beam: float = 1e-60
     phone_beam: float = 1e-60
     word_beam: float = 1e-40
+    last_phone_beam: float = 1e-60
+    only_phone_beam: float = 1e-40
     alternatives: int = 8
 
 
