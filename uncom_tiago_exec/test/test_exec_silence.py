@@ -15,6 +15,7 @@ from rclpy.executors import MultiThreadedExecutor
 from sensor_msgs.msg import JointState
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import MotionError
+from uncom_tiago_exec.lasting import Lasting
 from uncom_tiago_exec.robot_access_node import CONTROLLERS, RosRobot
 from uncom_tiago_exec.types import Trajectory
 
@@ -112,3 +113,16 @@ def test_a_controller_that_neither_speaks_nor_moves_stops_the_motion(robot_with)
 def test_controllers_that_do_their_work_without_a_word_are_not_stopped(robot_with):
     """The arm moves as told; the torso has nothing to do. Feedback of neither comes."""
     robot_with(pace=1.0).follow(motion())
+
+
+def test_silence_counts_only_once_it_has_lasted():
+    now = [10.0]
+    lasting = Lasting(0.2, lambda: now[0])
+    assert not lasting.holds(True)
+    now[0] = 10.15
+    assert not lasting.holds(True)
+    assert not lasting.holds(False)
+    now[0] = 10.3
+    assert not lasting.holds(True)
+    now[0] = 10.55
+    assert lasting.holds(True)

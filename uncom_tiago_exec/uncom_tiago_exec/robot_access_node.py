@@ -27,6 +27,7 @@ from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.conversions import goal_to_msg
 from uncom_tiago_exec.exceptions import MotionError, StoppedError
 from uncom_tiago_exec.fingers import finger_gap, finger_motion
+from uncom_tiago_exec.lasting import Lasting
 from uncom_tiago_exec.patient_client_node import PatientActionClient
 from uncom_tiago_exec.robot_interface import RobotInterface
 from uncom_tiago_exec.robot_model import HEAD_JOINTS, TORSO_JOINT, arm_joints, finger_joints
@@ -39,6 +40,7 @@ CONTROLLERS: dict[str, tuple[str, ...]] = {
     **{f"gripper_{side}_controller": finger_joints(side) for side in SIDES},
 }
 _TICK_S = 0.02  # [s] how often a waiting thread looks at stop requests and silent joint states
+_SURE_S = 0.2  # [s] of wall time that silence must last for, in which messages that wait are handled
 _EXTRA_S = 5.0  # [s] a controller may take longer than its trajectory before it counts as stuck
 _ACCEPT_S = 1.0  # [s] until a controller has taken a goal and tells how far it is
 _STEP = 1e-5  # [rad or m] between two joint states that is a motion
@@ -123,12 +125,13 @@ class RosRobot(RobotInterface):
 
     def positions(self) -> dict[str, float]:
         """Return joint positions; see RobotInterface."""
+        quiet = Lasting(_SURE_S)
+        while not self._alive():
+            if quiet.holds(True):
+                raise MotionError("no joint states arrive on /joint_states; is the robot running?")
+            threading.Event().wait(_TICK_S)
         with self._lock:
-            age = self._now() - self._joints_stamp
-            positions = dict(self._joints)
-        if not positions or age > self._config.state_timeout_s:
-            raise MotionError("no joint states arrive on /joint_states; is the robot running?")
-        return positions
+            return dict(self._joints)
 
     def halt(self) -> None:
         """Cancel every goal; calls in progress raise StoppedError until `resume`."""
@@ -174,12 +177,14 @@ class RosRobot(RobotInterface):
             future.add_done_callback(lambda f, n=name: self._accepted(n, f, results, done, len(goals)))
         ends_s = self._now() + duration
         deadline = ends_s + _EXTRA_S
+        quiet = Lasting(_SURE_S)
         while not done.wait(_TICK_S):
             failed = [r for r in results.values() if r.error_code != FollowJointTrajectory.Result.SUCCESSFUL]
             silent = [
                 name for name, goal in goals.items() if name not in results and self._is_silent(name, goal, ends_s)
             ]
-            if self._stop.is_set() or self._now() > deadline or failed or silent or not self._alive():
+            lost = quiet.holds(bool(silent) or not self._alive())
+            if self._stop.is_set() or self._now() > deadline or failed or lost:
                 self._cancel(goals)
                 break
         with self._lock:
