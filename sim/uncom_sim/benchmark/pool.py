@@ -73,5 +73,10 @@ def in_workers(
     try:
         for future in as_completed([pool.submit(run, task) for task in tasks]):
             yield future.result()
+    except BaseException:
+        # Interrupted, or a take failed: nobody waits for what the others are at. What is done is in the journal.
+        for process in multiprocessing.active_children():
+            process.terminate()
+        raise
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
