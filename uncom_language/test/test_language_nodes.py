@@ -168,16 +168,16 @@ def test_words_that_are_offered_on_a_topic_are_heard(graph):
     graph.wait(lambda: offered.get_subscription_count() == 2)
     offered.publish(vocabulary_to_msg({"widgeon": "W IH JH AH N"}, 0.0))
     graph.hear(silence(3.0))
-    _, (command,) = graph.hear(say("put the widgeon in the bowl", snr_db=25, tail_s=2.0).samples)
+    _, (command,) = graph.hear(say("put the widgeon in the bowl", tail_s=2.0).samples)
     assert (command.object.text, command.target.text) == ("widgeon", "bowl")
 
 
 def test_an_answer_without_a_verb_is_a_fragment_and_a_correction_holds_what_changes(graph):
-    _, (fragment,) = graph.hear(say("the red one", snr_db=25, tail_s=2.0).samples)
+    _, (fragment,) = graph.hear(say("the red one", tail_s=2.0).samples)
     assert (fragment.act, fragment.object.text, list(fragment.object.modifiers)) == (
         Command.ACT_FRAGMENT, "red one", ["red"],
     )  # fmt: skip
-    _, (correction,) = graph.hear(say("a bit to the left", snr_db=25, tail_s=2.0).samples)
+    _, (correction,) = graph.hear(say("a bit to the left", tail_s=2.0).samples)
     assert (correction.act, correction.relation) == (Command.ACT_CORRECTION, "left_of")
     assert correction.distance_m == pytest.approx(0.05)
 

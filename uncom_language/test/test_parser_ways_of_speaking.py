@@ -70,3 +70,10 @@ def test_a_part_of_the_table_is_on_the_table(where):
 def test_a_side_of_another_thing_stays_a_side():
     (command,) = parse_text("put the mug on the left side of the box")
     assert (command.relation, command.target.text) == (Relation.LEFT_OF, "box")
+
+
+@pytest.mark.parametrize(("place", "target"), [("this", "this"), ("that box", "box"), ("the bowl", "bowl")])
+def test_near_after_a_bare_this_is_a_relation_and_no_quality(place, target):
+    (command,) = parse_text(f"please put this near {place}")
+    assert (command.act, command.relation) == (Act.COMMAND, Relation.NEAR)
+    assert (command.object.text, command.target.text) == ("this", target)

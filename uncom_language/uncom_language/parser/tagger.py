@@ -176,6 +176,8 @@ class Tagger:
         thing_follows = noun_follows or bool(following & (PREMODIFIERS | {"PRONOUN"}))
         if before == "GOING":
             return ("PARTICIPLE", "RELATION", "SIDE", "PLACE")
+        if before == "DEICTIC" and thing_follows and not noun_follows:
+            return _PREFERENCES["after", "thing"]  # "this near that": no quality stands before another article
         unknown_noun = before == "NOUN" and previous is not None and previous.detail.startswith("unknown")
         situation = (
             "within" if before in PREMODIFIERS or unknown_noun else "begin" if before in _BEGINNINGS else "after",

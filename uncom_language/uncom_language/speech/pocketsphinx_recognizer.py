@@ -29,8 +29,8 @@ from uncom_language.speech.timeline import shifted
 _LOG = logging.getLogger(__name__)
 _LONGEST_S = 30.0
 _PIECE = SAMPLE_RATE // 20
-# Probability of a word that is learnt at run time, among single words.
-_NEW_WORD_SHARE = 0.001
+# How likely a word that is learnt at run time is, in shares of the mean word of the model.
+_NEW_WORD_WEIGHT = 20.0
 # Made by tools/adapt_to_voices.py: how the model changes for synthesised voices.
 _SYNTHETIC_VOICES = Path(__file__).parent / "models" / "synthetic_voices.npz"
 
@@ -236,9 +236,10 @@ class PocketSphinxRecognizer(Recognizer):
             for number, phones in enumerate(variants)
         ]
         for decoder in self._decoders:
+            # Before the decoder knows them: it would give them a weight of its own, which stays.
+            model = decoder.get_lm(decoder.current_search())
+            for word in words:
+                model.add_word(word, _NEW_WORD_WEIGHT)
             for name, phones in entries[:-1]:
                 decoder.add_word(name, phones, False)
             decoder.add_word(*entries[-1], True)  # only now the search is built anew, which takes its time
-            model = decoder.get_lm(decoder.current_search())
-            for word in words:
-                model.add_word(word, _NEW_WORD_SHARE)
