@@ -20,9 +20,10 @@ class Cached:
 
 @pytest.fixture
 def no_hub(monkeypatch):
+    hub = pytest.importorskip("huggingface_hub.constants")
     with socket.socket() as taken:  # bound but not listening: whoever calls is refused
         taken.bind(("127.0.0.1", 0))
-        monkeypatch.setenv("HF_ENDPOINT", f"http://127.0.0.1:{taken.getsockname()[1]}")
+        monkeypatch.setattr(hub, "ENDPOINT", f"http://127.0.0.1:{taken.getsockname()[1]}")
         yield
 
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import importlib
-import os
 import socket
 from pathlib import Path
 from typing import Any
@@ -90,7 +89,7 @@ def _first_line(error: Exception) -> str:
 
 def _hub_answers() -> bool:
     """Whether the model hub can be reached at all; its own client tries for a minute."""
-    address = urlsplit(os.environ.get("HF_ENDPOINT", "https://huggingface.co"))
+    address = urlsplit(require("huggingface_hub.constants").ENDPOINT)
     try:
         with socket.create_connection((address.hostname or "", address.port or 443), timeout=_HUB_TIMEOUT_S):
             return True

@@ -14,10 +14,16 @@ _PR_SET_PDEATHSIG = 1  # prctl(2)
 
 
 def end_with_starter() -> None:
-    """Ask the kernel for SIGINT when the starter named in the environment ends; without one, or off Linux, nothing."""
+    """Ask for SIGINT when the starter named in the environment ends; without one nothing."""
     starter = os.environ.get(STARTER, "")
-    if not starter.isdigit() or not sys.platform.startswith("linux"):
+    if starter.isdigit():
+        end_with(int(starter), signal.SIGINT)
+
+
+def end_with(starter: int, how: signal.Signals) -> None:
+    """Ask the kernel for a signal when the process that started this one ends; off Linux nothing."""
+    if not sys.platform.startswith("linux"):
         return
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGINT))
-    if os.getppid() != int(starter):  # it ended before we could ask
-        os.kill(os.getpid(), signal.SIGINT)
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(how))
+    if os.getppid() != starter:  # it ended before we could ask
+        os.kill(os.getpid(), how)

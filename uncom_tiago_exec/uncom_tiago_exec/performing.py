@@ -60,7 +60,9 @@ class Performer:
 
     def holds_nothing(self, plan: Plan) -> bool:
         """Tell from the gap of the fingers whether what was held is gone."""
-        return finger_gap(plan.side, self._robot.positions()) < self._held_gap - _SLIPPED
+        width = plan.grasp.width if plan.grasp is not None else 0.0
+        least = max(_empty_below(width), self._held_gap - _SLIPPED)
+        return finger_gap(plan.side, self._robot.positions()) < least
 
     def take(self, task: ManipulationTask, plan: Plan) -> None:
         """Go to the thing, close the fingers on it and lift it, or whatever comes first in the plan.
@@ -99,8 +101,7 @@ class Performer:
         self.tell(Stage.GRASPING, f"holding something {gap * 1000:.0f} mm wide", plan.side, {"gap_m": round(gap, 4)})
 
     def _still_held(self, plan: Plan, what: str, lost: str) -> None:
-        width = plan.grasp.width if plan.grasp is not None else 0.0
-        if finger_gap(plan.side, self._robot.positions()) < max(_empty_below(width), self._held_gap - _SLIPPED):
+        if self.holds_nothing(plan):
             self.in_hand = ""
             raise GraspFailedError(lost.format(what))
 

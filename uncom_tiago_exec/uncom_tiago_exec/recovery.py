@@ -63,13 +63,7 @@ def way_home(
 
 def _planned(arm: ArmPlanner, plan: Plan, here: FloatArray, left: Left) -> list[Trajectory]:
     """Plan from a configuration (8,) to home: straight out of the things first, if the hand is among them."""
-    gap = arm.start_gap
-    if left.holding and plan.grasp is not None:
-        free = arm.carrying(plan.grasp, frozenset())
-    elif left.released and plan.motion is not None:
-        free = arm.leaving(gap, plan.motion, frozenset())
-    else:
-        free = arm.free(gap)
+    free = _checker(arm, plan, left, near=False)
     goal = arm.group.clamp(plan.home)
     if not free.is_free(goal):
         free.relax_at(goal)
@@ -80,15 +74,19 @@ def _planned(arm: ArmPlanner, plan: Plan, here: FloatArray, left: Left) -> list[
         return [arm.timed(out, near, 0.4), arm.timed(arm.transit(free, out[-1], [goal]), free, _PACE)]
 
 
-def _way_out(arm: ArmPlanner, here: FloatArray, plan: Plan, left: Left) -> tuple[FloatArray, CollisionChecker]:
-    """Return a straight way up, or back along the fingers, that touches nothing new."""
+def _checker(arm: ArmPlanner, plan: Plan, left: Left, *, near: bool) -> CollisionChecker:
+    """Return what checks motions of the hand as it was left; near, it may touch what it had to do with."""
     gap = arm.start_gap
     if left.holding and plan.grasp is not None:
-        near = arm.carrying(plan.grasp, TABLE_ONLY)
-    elif left.released and plan.motion is not None:
-        near = arm.leaving(gap, plan.motion, frozenset({arm.scene.moved.name}))
-    else:
-        near = arm.reaching(gap)
+        return arm.carrying(plan.grasp, TABLE_ONLY if near else frozenset())
+    if left.released and plan.motion is not None:
+        return arm.leaving(gap, plan.motion, frozenset({arm.scene.moved.name} if near else ()))
+    return arm.reaching(gap) if near else arm.free(gap)
+
+
+def _way_out(arm: ArmPlanner, here: FloatArray, plan: Plan, left: Left) -> tuple[FloatArray, CollisionChecker]:
+    """Return a straight way up, or back along the fingers, that touches nothing new."""
+    near = _checker(arm, plan, left, near=True)
     if not near.is_free(here):
         near.relax_at(here)
     back = -arm.group.forward(here)[:3, 0]

@@ -58,6 +58,7 @@ class RosRobot(RobotInterface):
         self._group = ReentrantCallbackGroup()
         self._lock = threading.Lock()
         self._changed = threading.Event()
+        self._told = threading.Event()  # joint states have arrived
         self._stop = threading.Event()
         self._joints: dict[str, float] = {}
         self._joints_stamp = -np.inf
@@ -107,6 +108,7 @@ class RosRobot(RobotInterface):
                     self._moved[name] = now
                 self._joints[name] = position
             self._joints_stamp = now
+        self._told.set()
 
     def _on_tf(self, msg: TFMessage) -> None:
         for transform in stamped_transforms_from_msg(msg.transforms):
@@ -129,7 +131,8 @@ class RosRobot(RobotInterface):
         while not self._alive():
             if quiet.holds(True):
                 raise MotionError("no joint states arrive on /joint_states; is the robot running?")
-            threading.Event().wait(_TICK_S)
+            self._told.wait(_TICK_S)
+            self._told.clear()
         with self._lock:
             return dict(self._joints)
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import threading
-import time
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import TypeVar
+
+from uncom_common.parent import end_with
 
 from uncom_sim.benchmark.outcome import Outcome
 from uncom_sim.benchmark.worker import StressPoint, StressTask, Task, Worker, WorkerOptions
@@ -21,7 +22,7 @@ ResultT = TypeVar("ResultT")
 _worker: Worker | None = None
 
 
-def _start_worker(options: WorkerOptions, log: str) -> None:
+def _start_worker(options: WorkerOptions, log: str, starter: int) -> None:
     """Load the cores once in each process; what native libraries print goes to a file."""
     global _worker  # noqa: PLW0603 (one for each process, as the pool's initialiser needs it)
     file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
@@ -30,15 +31,8 @@ def _start_worker(options: WorkerOptions, log: str) -> None:
     import cv2  # noqa: PLC0415 (in the worker only)
 
     cv2.setNumThreads(1)
-    threading.Thread(target=_leave_with, args=(os.getppid(),), daemon=True).start()
+    end_with(starter, signal.SIGKILL)
     _worker = Worker(options)
-
-
-def _leave_with(parent: int) -> None:
-    """End this process when the one that started it is gone, however that came."""
-    while os.getppid() == parent:
-        time.sleep(1.0)
-    os._exit(1)
 
 
 def run_take(task: Task) -> Outcome:
@@ -68,7 +62,7 @@ def in_workers(
         max_workers=min(jobs, len(tasks)),
         mp_context=multiprocessing.get_context("spawn"),
         initializer=_start_worker,
-        initargs=(options, str(log)),
+        initargs=(options, str(log), os.getpid()),
     )
     try:
         for future in as_completed([pool.submit(run, task) for task in tasks]):
