@@ -83,8 +83,9 @@ class RosRobot(RobotInterface):
         latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         camera = "/head_front_camera"
         node.create_subscription(JointState, "/joint_states", self._on_joints, 10, callback_group=group)
-        node.create_subscription(TFMessage, "/tf", self._on_tf, 100, callback_group=group)
-        node.create_subscription(TFMessage, "/tf_static", self._on_tf_static, latched, callback_group=group)
+        for topic, qos, static in (("/tf", 100, False), ("/tf_static", latched, True)):
+            keep = partial(self._on_tf, static=static)
+            node.create_subscription(TFMessage, topic, keep, qos, callback_group=group)
         for name, topic, kind in (
             ("rgb", f"{camera}/rgb/image_raw", Image),
             ("depth", f"{camera}/depth_registered/image_raw", Image),
@@ -110,13 +111,9 @@ class RosRobot(RobotInterface):
             self._joints_stamp = now
         self._told.set()
 
-    def _on_tf(self, msg: TFMessage) -> None:
+    def _on_tf(self, msg: TFMessage, *, static: bool) -> None:
         for transform in stamped_transforms_from_msg(msg.transforms):
-            self._tree.add(transform)
-
-    def _on_tf_static(self, msg: TFMessage) -> None:
-        for transform in stamped_transforms_from_msg(msg.transforms):
-            self._tree.add(transform, static=True)
+            self._tree.add(transform, static=static)
 
     def _now(self) -> float:
         return float(self._node.get_clock().now().nanoseconds) * 1e-9
