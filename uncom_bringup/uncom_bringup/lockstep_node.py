@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plays a bag to running nodes as fast as they answer: nothing is dropped, and no answer depends on speed.
 
-After each message a barrier makes sure that the nodes have taken it. What a node does in a thread of its own is
-waited for by what it publishes or answers: hands for each picture, the end of recognising for each utterance, commands
-for each transcript, and the reasoner says itself when it can do no more with what it has.
+After each message a barrier makes sure that the nodes have taken it; images, which may be overtaken by small messages
+when the machine is busy, are counted by the nodes themselves. What a node does in a thread of its own is waited for by
+what it publishes or answers: hands for each picture, the end of recognising for each utterance, commands for each
+transcript, and the reasoner says itself when it can do no more with what it has.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from audio_common_msgs.msg import AudioDataStamped
 from rclpy.serialization import deserialize_message
 from std_srvs.srv import Trigger
 from uncom_common.conversions import seconds_from_msg, time_to_msg
+from uncom_perception.frames import stamp_of
 
 from uncom_bringup import run_record as kinds
 from uncom_bringup import topics
@@ -25,21 +27,24 @@ from uncom_bringup.bag_reader import BagMessage, BagReader
 from uncom_bringup.barrier_node import Barrier
 from uncom_bringup.exceptions import GraphError
 from uncom_bringup.monitor_node import MonitorNode
+from uncom_bringup.paired_pictures import with_depth_first
 from uncom_bringup.player_node import PlayerNode
 from uncom_bringup.run_record import Event
+from uncom_bringup.takers_node import GESTURE, LANGUAGE, NODES, REASONER, SPEECH, Takers
 
-SPEECH, LANGUAGE, GESTURE, REASONER = "speech_node", "language_node", "gesture_node", "reasoner_node"
-NODES = (SPEECH, LANGUAGE, GESTURE, "detection_node", REASONER)
 _VOCABULARY = "/uncom/vocabulary"
 # Limits of wall time [s]; they end a wait for a node that is broken, and are far above what a slow machine takes.
 _ANSWER_S = 120.0
-_QUIET_S = 2.0
-_PICTURE_S = 10.0
+_QUIET_S = 20.0
+_PICTURE_S = 20.0  # until an image counts as lost on the way; the middleware sends it again until then
 _SILENCE_S = 0.05
 _LONGEST_SILENCE_S = 40.0  # [s] of the bag's time after its end
 _DEPTH_LATER_NS = 60_000_000
 _MOST_PENDING = 4
 _PICTURES = (topics.RGB.name, topics.RGB.stored_name)
+_DEPTHS = (topics.DEPTH.name, topics.DEPTH.stored_name)
+_ALWAYS = float("-inf")
+_SAME_S = 1e-6
 
 
 @dataclass(slots=True)
@@ -78,8 +83,8 @@ class Lockstep:
         self._last_hands_s = float("-inf")
         self._speech_changed = False
         self._lost = 0
-        self._picture: int | None = None  # when the last picture's answer is due [ns]
-        self._takers: dict[str, tuple[str, ...]] = {}
+        self._image_s = self._depth_s = _ALWAYS  # stamps of the last ones that were shown
+        self._takers = Takers(bag, player, monitor)
         self.tally = Tally()
         self._silence = player.create_publisher(AudioDataStamped, topics.AUDIO.name, 500)
 
@@ -115,14 +120,8 @@ class Lockstep:
 
     def missing(self) -> list[str]:
         """Return the nodes that are not up yet."""
-        needed = {SPEECH: topics.AUDIO, GESTURE: topics.RGB, LANGUAGE: topics.TRANSCRIPT, REASONER: topics.COMMAND}
-        missing = set(self._barrier.missing())
+        missing = {*self._barrier.missing(), *self._takers.missing()}
         missing.update(name for name, client in self._settle.items() if not client.service_is_ready())
-        for node, topic in needed.items():
-            if node not in {info.node_name for info in self._monitor.get_subscriptions_info_by_topic(topic.name)}:
-                missing.add(node)
-        if not any(name == "/uncom/detect" for name, _ in self._monitor.get_service_names_and_types()):
-            missing.add("detection_node")
         return sorted(missing)
 
     def run(self, rate: float | None = None, progress: Callable[[float], None] = lambda _: None) -> None:
@@ -132,12 +131,12 @@ class Lockstep:
             GraphError: a node died or does not answer.
             BagError: the bag is damaged from its first message on.
         """
-        self._takers = {name: self._who_takes(name) for name in self._player.published_topics}
-        wanted = [name for name, nodes in self._takers.items() if nodes]
+        wanted = self._takers.find()
         self._introduce(wanted)
         begin = time.monotonic()
         sounds: deque[BagMessage] = deque(maxlen=2)
-        for message in self._bag.messages(wanted):
+        depths = [name for name in _DEPTHS if name in wanted]
+        for message in with_depth_first(self._bag.messages(wanted), _PICTURES, depths, _DEPTH_LATER_NS):
             offset_s = 1e-9 * (message.time_ns - self._bag.start_ns)
             while rate is not None and (ahead_s := offset_s / rate - (time.monotonic() - begin)) > 0.0:
                 self._check()
@@ -146,23 +145,14 @@ class Lockstep:
             progress(offset_s)
             if message.topic.name == topics.AUDIO.name:
                 sounds.append(message)
-        self._finish_picture()
         self._end([deserialize_message(message.data, AudioDataStamped) for message in sounds])
-
-    def _who_takes(self, topic: str) -> tuple[str, ...]:
-        return tuple(name for name in NODES if name in self._listeners(topic))
-
-    def _listeners(self, topic: str) -> list[str]:
-        """Return the nodes that listen to a topic of the bag or its plain images; one that does twice, twice."""
-        names = (topic, *self._player.image_topic(topic))
-        return [info.node_name for name in names for info in self._monitor.get_subscriptions_info_by_topic(name)]
 
     def _introduce(self, wanted: Sequence[str]) -> None:
         """Say first what a late listener would hear at once, and wait until every publisher was found."""
         latched = {topic.name for topic in self._bag.topics if topic.latched} | {topics.AUDIO_INFO.name}
         first = latched | {topics.RGB_INFO.name, topics.DEPTH_INFO.name}
         deadline = time.monotonic() + _ANSWER_S
-        while late := [name for name in wanted if self._player.listeners(name) < len(self._listeners(name))]:
+        while late := [name for name in wanted if self._player.listeners(name) < len(self._takers.listeners(name))]:
             self._check()
             if time.monotonic() > deadline:
                 raise GraphError("the graph", f"does not take {', '.join(late)}")
@@ -184,54 +174,60 @@ class Lockstep:
 
     def _publish(self, message: BagMessage) -> None:
         self._player.publish(message)
-        for name in self._takers[message.topic.name]:
+        for name in self._takers.of(message.topic.name):
             if self._barrier.sent(name, message.topic.name) >= _MOST_PENDING:
                 self._barrier.settle(name)
 
     def _step(self, message: BagMessage) -> None:
-        if self._picture is not None and message.time_ns > self._picture:
-            self._finish_picture()
         self._player.tell_time(message.time_ns)
         name = message.topic.name
-        if name in _PICTURES:
-            self._finish_picture()
-            self.tally.pictures += 1
-            self._picture = message.time_ns + _DEPTH_LATER_NS
         self._publish(message)
-        if name == topics.AUDIO.name:
+        if name in _DEPTHS:
+            self._depth_s = 1e-9 * stamp_of(message.data)
+            self._await_depth()
+        elif name in _PICTURES:
+            self._image_s = 1e-9 * stamp_of(message.data)
+            self._await_hands()
+        elif name == topics.AUDIO.name:
             self._hear_out()
 
-    def _finish_picture(self) -> None:
-        """Wait until the last picture, whose depth may have come after it, was examined; decisions may follow."""
-        if self._picture is None:
-            return
-        self._picture = None
-        hands_s, examined = self._settled(GESTURE)
-        deadline = time.monotonic() + _PICTURE_S
-        # A large message that was lost on the way is sent again by the middleware, and may be overtaken by small ones.
-        while examined + self._lost < self.tally.pictures:
-            if time.monotonic() > deadline:
-                self._lost += 1
-                self._note(f"warning: picture {self.tally.pictures} has not reached {GESTURE}")
-            hands_s, examined = self._settled(GESTURE)
+    def _await_depth(self) -> None:
+        """Let gesture_node have a depth image before the picture that it belongs to."""
+        depth_s = self._depth_s if self._takers.takes(GESTURE, _DEPTHS) else _ALWAYS
+        self._settled(GESTURE, lambda numbers: numbers[1] >= depth_s - _SAME_S, "a depth image")
+
+    def _await_hands(self) -> None:
+        """Wait until the picture was examined; decisions may follow."""
+        self.tally.pictures += 1
+        wanted = self.tally.pictures - self._lost
+        hands_s, _, examined = self._settled(GESTURE, lambda numbers: numbers[2] >= wanted, "a picture")
+        self._lost = self.tally.pictures - int(examined)
         self.tally.examined = int(examined)
-        if not self._wait(lambda: self._hands_s >= hands_s - 1e-6, _ANSWER_S):
+        if not self._wait(lambda: self._hands_s >= hands_s - _SAME_S, _ANSWER_S):
             raise GraphError(GESTURE, f"has told of hands that have not come for {_ANSWER_S:.0f} s")
         self._last_hands_s = hands_s
         self._decide()
 
-    def _settled(self, node: str) -> tuple[float, ...]:
-        """Wait until a node has done all it can do with what it was sent; returns the numbers that it tells."""
+    def _settled(
+        self, node: str, ready: Callable[[tuple[float, ...]], bool] = lambda _: True, what: str = ""
+    ) -> tuple[float, ...]:
+        """Wait until a node has done all it can do with what it was sent; returns the numbers that it tells.
+
+        `ready` tells by them whether it has all that it was sent; what does not come is noted as lost on the way.
+        """
         self._barrier.settle(node, rounds=2)
-        deadline = time.monotonic() + _ANSWER_S
+        start = time.monotonic()
         while True:
             answer = self._barrier.ask(node, self._settle[node], Trigger.Request())
             numbers = tuple(float(word) for word in answer.message.split())
-            # What the reasoner knows of hands comes from another node, not from here.
-            if answer.success and (node != REASONER or numbers[0] >= self._last_hands_s - 1e-6):
+            waited_s = time.monotonic() - start
+            if answer.success and ready(numbers):
+                return numbers
+            if answer.success and waited_s > _PICTURE_S:
+                self._note(f"warning: {what} has not reached {node}")
                 return numbers
             self._check()
-            if time.monotonic() > deadline:
+            if waited_s > _ANSWER_S:
                 raise GraphError(node, f"has been busy for {_ANSWER_S:.0f} s")
             time.sleep(0.002)
 
@@ -260,7 +256,15 @@ class Lockstep:
         with self._changed:
             if not self._undecided:
                 return
-        self._settled(REASONER)
+        image_s = self._image_s if self._takers.takes(REASONER, _PICTURES) else _ALWAYS
+        depth_s = self._depth_s if self._takers.takes(REASONER, _DEPTHS) else _ALWAYS
+        # Hands come from another node, and images may be overtaken on their way.
+        sent = (self._last_hands_s, image_s, depth_s)
+        self._settled(
+            REASONER,
+            lambda numbers: all(has >= due - _SAME_S for has, due in zip(numbers, sent, strict=True)),
+            "what was shown last",
+        )
 
     def _end(self, sounds: Sequence[AudioDataStamped]) -> None:
         """Let time go on, in silence, until everything heard is answered: the last word needs its end."""

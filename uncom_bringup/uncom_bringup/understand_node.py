@@ -51,7 +51,7 @@ def graph_parameters(bag: BagReader) -> dict[str, dict[str, ParameterValue]]:
     depth = bool({topic.name for topic in bag.topics} & set(_DEPTHS))
     return {
         "": {"use_sim_time": True},
-        "gesture_node": {"use_depth": depth, "depth_wait_s": 1.0, "queue_size": 64},
+        "gesture_node": {"use_depth": depth, "depth_wait_s": 0.0, "queue_size": 64},
         "reasoner_node": {
             "use_depth": depth,
             "look_ahead": False,

@@ -50,6 +50,7 @@ class GestureNode(ConfiguredNode[GestureConfig]):
         self.create_subscription(Transcript, "/uncom/transcript", self._on_words, 10)
         self._came = self._examined = 0
         self._told_s = float("-inf")  # stamp of the newest hands published
+        self._depth_s = float("-inf")  # stamp of the newest depth that came
         self.create_service(Trigger, "~/settle", self._on_settle)
         self._worker = threading.Thread(target=self._work, name="gesture", daemon=True)
         self._worker.start()
@@ -73,12 +74,15 @@ class GestureNode(ConfiguredNode[GestureConfig]):
             self._reader.expect(seconds_from_msg(msg.header.stamp) + 2.0 * self.config.attention_s)
 
     def _on_settle(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Tell whether all images that came were examined; message: stamp [s] of the newest hands, images examined.
+        """Tell whether all images that came were examined.
+
+        The message is the stamps [s] of the newest hands told and of the newest depth that came, and how many images
+        were examined.
 
         Whoever plays a bag holds it for that, so that no image is dropped.
         """
         response.success = self._examined + self._queue.dropped >= self._came
-        response.message = f"{self._told_s!r} {self._examined}"
+        response.message = f"{self._told_s!r} {self._depth_s!r} {self._examined}"
         return response
 
     def _on_image(self, msg: Image) -> None:
@@ -87,6 +91,7 @@ class GestureNode(ConfiguredNode[GestureConfig]):
 
     def _on_depth(self, msg: Image) -> None:
         self._queue.add_depth(_key(msg), msg)
+        self._depth_s = seconds_from_msg(msg.header.stamp)
 
     def _work(self) -> None:
         stamps: dict[float, Any] = {}

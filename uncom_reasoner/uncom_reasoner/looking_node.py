@@ -35,6 +35,7 @@ class Looking:
     def __init__(self, node: Node, config: ReasonerConfig, senses: Senses, group: CallbackGroup) -> None:
         """Connect."""
         self._config, self._senses = config, senses
+        self.image_s = self.depth_s = float("-inf")  # stamps of the newest that came [s]
         reliability = ReliabilityPolicy.RELIABLE if config.reliable_images else ReliabilityPolicy.BEST_EFFORT
         images = QoSProfile(depth=10, reliability=reliability)
         fixed = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -50,10 +51,12 @@ class Looking:
 
     def _on_image(self, msg: Image) -> None:
         self._senses.camera_frame = msg.header.frame_id
-        self._senses.images.add(seconds_from_msg(msg.header.stamp), msg)
+        self.image_s = seconds_from_msg(msg.header.stamp)
+        self._senses.images.add(self.image_s, msg)
 
     def _on_depth(self, msg: Image) -> None:
-        self._senses.depths.add(seconds_from_msg(msg.header.stamp), msg)
+        self.depth_s = seconds_from_msg(msg.header.stamp)
+        self._senses.depths.add(self.depth_s, msg)
 
     def _on_camera_info(self, msg: CameraInfo) -> None:
         if self._senses.camera_info is None or list(self._senses.camera_info.k) != list(msg.k):

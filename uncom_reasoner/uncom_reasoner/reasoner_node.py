@@ -105,15 +105,15 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
     def _on_settle(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Do what can be done with what has come in; success: nothing is left to do until more comes.
 
-        Whoever plays a bag holds it for that, so that no decision depends on the pace. The message is the stamp [s] of
-        the newest hands.
+        Whoever plays a bag holds it for that, so that no decision depends on the pace. The message is the stamps [s] of
+        the newest hands, image and depth.
         """
         self._tick()
         with self._lock:
             job = self._jobs[0] if self._jobs else None
             busy = self._worker.busy or (job is not None and job.stage in (Stage.DETECTING, Stage.DECIDING))
         response.success = not busy
-        response.message = repr(self._senses.hands.latest_s())
+        response.message = f"{self._senses.hands.latest_s()!r} {self._looking.image_s!r} {self._looking.depth_s!r}"
         return response
 
     def _take_answer(self, answer: Answer) -> None:
