@@ -41,6 +41,21 @@ def test_words_said_twice_in_a_row_count_once(stuttered, plain):
     assert (said.target and said.target.text) == (meant.target and meant.target.text)
 
 
+@pytest.mark.parametrize(
+    ("begun", "plain"),
+    [
+        ("place this lemon in on this plate", "place this lemon on this plate"),
+        ("put it on next to the box", "put it next to the box"),
+        ("move the can on in front of the pan", "move the can in front of the pan"),
+        ("place this thing in on this", "place this thing on this"),
+    ],
+)
+def test_a_relation_that_is_given_up_for_the_next_one_does_not_count(begun, plain):
+    (said,), (meant,) = parse_text(begun), parse_text(plain)
+    assert (said.act, said.primitive, said.relation) == (Act.COMMAND, meant.primitive, meant.relation)
+    assert (said.object.text, said.target.text) == (meant.object.text, meant.target.text)
+
+
 @pytest.mark.parametrize("opening", ["let the robot", "have the robot", "tell the robot to", "i'd love you to"])
 def test_the_robot_may_be_spoken_of(opening):
     (command,) = parse_text(f"{opening} put the lemon in the bowl")

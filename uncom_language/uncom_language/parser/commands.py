@@ -18,7 +18,7 @@ from uncom_language.parser.grammar import NotInGrammarError, Tree, children, loa
 from uncom_language.parser.lexicon import Lexicon, load_lexicon
 from uncom_language.parser.places import Timing
 from uncom_language.parser.supports import on_support
-from uncom_language.parser.tagger import Tagger, split_text, without_fillers, without_stutter
+from uncom_language.parser.tagger import Tagger, split_text, without_false_starts, without_fillers, without_stutter
 from uncom_language.parser.tokens import Item, Token
 from uncom_language.types import Act, Command, Primitive, Relation, Span, Transcript, Word
 
@@ -95,7 +95,7 @@ class GrammarParser:
         return True
 
     def _tree(self, items: tuple[Item, ...]) -> Tree:
-        """Parse words; where they make no sentence, they are tried without what is said twice in a row.
+        """Parse words; where they make no sentence, they are tried without what is said twice or begun in vain.
 
         Raises:
             NotInGrammarError: they are no sentence.
@@ -104,6 +104,7 @@ class GrammarParser:
             return self._tree_of(items)
         except NotInGrammarError:
             once = without_stutter(items)
+            once = without_false_starts(once, self._tagger.tag(without_fillers(once, self.lexicon)))
             if len(once) == len(items):
                 raise
             return self._tree_of(once)

@@ -16,6 +16,7 @@ _EXPECT_NOUN = PREMODIFIERS | {
     "EXCEPT",
 }  # fmt: skip
 _STUTTER = 3  # words
+_BEGINS_PLACE = ("RELATION", "TO")
 _TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_](?:[^\W\d_]|')*|[.;!?,:]")
 
 
@@ -66,6 +67,20 @@ def without_stutter(items: Sequence[Item]) -> tuple[Item, ...]:
                 del kept[-2 * length : -length]
                 break
     return tuple(kept)
+
+
+def without_false_starts(items: Sequence[Item], tokens: Sequence[Token]) -> tuple[Item, ...]:
+    """Remove relations that are given up for the next word: "place this in on the plate", "to the into the box".
+
+    After a pause a recogniser may also hear a short word where the voice only sets in.
+    """
+    given_up: set[int] = set()
+    for number, token in enumerate(tokens):
+        ahead = [other.tag for other in tokens[number + 1 : number + 3]]
+        length = 2 if ahead[:1] == ["DETERMINER"] else 1
+        if token.tag in _BEGINS_PLACE and ahead[length - 1 : length] == ["RELATION"]:
+            given_up.update(range(token.first, tokens[number + length - 1].last + 1))
+    return tuple(item for item in items if item.index not in given_up or item.is_break)
 
 
 def _longest(words: tuple[str, ...], start: int, phrases: Container[tuple[str, ...]], limit: int) -> int:

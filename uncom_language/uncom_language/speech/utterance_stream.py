@@ -61,7 +61,7 @@ class EndpointerConfig:
     """When an utterance begins and ends; all times in seconds."""
 
     pre_roll_s: float = 0.3  # kept before the first voiced frame
-    hang_over_s: float = 0.6  # silence that ends an utterance
+    hang_over_s: float = 0.8  # silence that ends an utterance
     min_voiced_s: float = 0.15  # voiced time within onset_window_s that begins one
     onset_window_s: float = 0.3
     max_length_s: float = 20.0  # longer ones are cut
