@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import logging
+from bisect import bisect_left, bisect_right
+from collections import deque
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -13,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from uncom_tiago_exec.clearance import Clearance
+from uncom_tiago_exec.quick_check import ROOMS, QuickChecker
 from uncom_tiago_exec.robot_model import ArmGroup
 from uncom_tiago_exec.types import Attachment, FloatArray, Obstacle
 
@@ -70,7 +73,7 @@ class CollisionChecker:
                 self._add(part, frame.parentJoint, group.tool, frame.placement * pin.SE3(part.pose), HELD)
         self._margins = self._make_pairs()
         self._mapped: list[tuple[int, Clearance]] = []
-        self._rebuild()
+        self._build()
 
     def _add(self, obstacle: Obstacle, joint: int, frame: int, placement: Any, kind: str) -> None:
         x, y, z = obstacle.size
@@ -113,25 +116,38 @@ class CollisionChecker:
             return None if wanted else self.margins.fingers
         return 0.0 if wanted else self.margins.scene
 
-    def _rebuild(self) -> None:
+    def _build(self) -> None:
         self._data = self.group.model.createData()
         self._gdata = self._geometry.createData()
-        for request, margin in zip(self._gdata.collisionRequests, self._margins, strict=True):
-            request.security_margin = margin
+        self._set_margins()
         self._mapped = []
+        asked = np.array(self._margins)
         for k, pair in enumerate(self.group.body_pairs):  # they come first among the pairs
             clearance = self.group.clearances.get(pair)
             if clearance is not None:
                 self._gdata.deactivateCollisionPair(k)
                 if clearance.smallest <= self._margins[k]:
                     self._mapped.append((k, clearance))
+                else:
+                    asked[k] = -1.0  # it never comes that near
         self._manager = pin.TreeBroadPhaseManager_DynamicAABBTreeCollisionManager(
             self.group.model, self._geometry, self._gdata
         )
+        pairs = [(pair.first, pair.second) for pair in self._geometry.collisionPairs]
+        added = list(self._geometry.geometryObjects)[len(self.group.links) :]
+        self._quick = QuickChecker(self.group.covers, added, pairs, asked)
+
+    def _set_margins(self) -> None:
+        for request, margin in zip(self._gdata.collisionRequests, self._margins, strict=True):
+            request.security_margin = margin
 
     def is_free(self, q: FloatArray) -> bool:
         """Tell whether a configuration (8,) keeps every margin."""
         self.checks += 1
+        return self._quick.is_free(q) or self._is_free_closely(q)
+
+    def _is_free_closely(self, q: FloatArray) -> bool:
+        """Tell the same by the meshes themselves."""
         if pin.computeCollisions(self.group.model, self._data, self._manager, q, True):
             return False
         for k, clearance in self._mapped:
@@ -164,7 +180,8 @@ class CollisionChecker:
             if distance <= 1e-4:
                 stuck.append(self._pair_names(k))
             self._margins[k] = float(max(0.0, min(self._margins[k], 0.9 * distance - 1e-4)))
-        self._rebuild()
+        self._set_margins()  # lower ones hold without a new broad phase
+        self._quick.lower(np.array(self._margins))
         return tuple(dict.fromkeys(stuck))
 
     def _pair_names(self, k: int) -> tuple[str, str]:
@@ -185,19 +202,32 @@ class CollisionChecker:
     def first_collision(self, path: FloatArray, step: float = 0.005) -> FloatArray | None:
         """Return a configuration of a polyline (N, 8) that does not keep its margins, or None.
 
-        Every `step` is looked at, coarsely over the whole way first: what is in the way is found sooner.
+        Every `step` is looked at, or lies so near to a configuration with room to spare that it is free as well.
+        The whole way is looked at coarsely first: what is in the way is found sooner.
         """
         points = densify(path, step)
-        stride = 1 << max(0, int(np.log2(max(len(points), 1))) - 2)
-        first = range(0, len(points), stride)
-        while True:
-            for k in first:
-                if not self.is_free(points[k]):
-                    return np.asarray(points[k])
-            if stride == 1:
-                return None
-            stride //= 2
-            first = range(stride, len(points), 2 * stride)
+        moved = self._quick.moves(points).tolist()
+        # stretches whose middle is looked at next, and which room to ask for: what was missing nearby is not asked for
+        stretches = deque([(0, len(points), 0)])
+        while stretches:
+            low, high, level = stretches.popleft()
+            if low >= high:
+                continue
+            middle = bisect_left(moved, 0.5 * (moved[low] + moved[high - 1]), low, high - 1)
+            level = self._room_at(points[middle], level)
+            if level == len(ROOMS) and not self.is_free(points[middle]):
+                return np.asarray(points[middle])
+            room = ROOMS[level] if level < len(ROOMS) else 0.0
+            stretches.append((low, bisect_left(moved, moved[middle] - room, low, middle), level))
+            stretches.append((bisect_right(moved, moved[middle] + room, middle + 1, high), high, level))
+        return None
+
+    def _room_at(self, q: FloatArray, level: int) -> int:
+        """Return which of ROOMS from `level` on there is at a configuration; their number if there is none."""
+        while level < len(ROOMS) and not self._quick.has_room(q, ROOMS[level]):
+            level += 1
+        self.checks += 1
+        return level
 
 
 def densify(path: FloatArray, step: float) -> FloatArray:

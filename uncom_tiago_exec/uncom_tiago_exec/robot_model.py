@@ -21,6 +21,7 @@ from scipy.spatial import ConvexHull
 from uncom_tiago_exec.clearance import Clearance, clearances
 from uncom_tiago_exec.exceptions import RobotModelError
 from uncom_tiago_exec.link_pairs import adjacent_pairs, disabled_pairs, link_of_geometry
+from uncom_tiago_exec.quick_check import CoverModel
 from uncom_tiago_exec.reach_bounds import ReachBounds
 from uncom_tiago_exec.types import FloatArray, Side
 
@@ -241,6 +242,7 @@ class ArmGroup:
         self.body_pairs: tuple[tuple[int, int], ...] = ()
         self.clearances: dict[tuple[int, int], Clearance] = {}
         self.bounds = ReachBounds(model, geometry, float(self.lower[0]), float(self.upper[0]))
+        self.covers = CoverModel(model, geometry, self.links)
         self.reach = self._measure_reach() if reach is None else reach
 
     def _measure_reach(self) -> float:
