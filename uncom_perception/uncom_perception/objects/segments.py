@@ -27,20 +27,32 @@ _LEAST_HEIGHT_M = 0.0022
 class Surfaces:
     """What the camera sees, about the table: ground points (H, W, 3) as x, y, height [m], and Lab image.
 
-    across (H, W - 1) and down (H - 1, W) tell whether a pixel touches the next one in space; see surfaces_of.
+    across (H, W - 1) and down (H - 1, W) tell whether a pixel touches the next one in space; see surfaces_of. A pixel
+    is pixel_m wide on the table.
     """
 
     ground_points: PointImage
     lab: npt.NDArray[np.float32]
     across: Mask
     down: Mask
+    pixel_m: float = 0.002
 
     def cut(self, box: tuple[slice, slice]) -> Surfaces:
         """Return a part of it; slices have a start and an end within it."""
         rows, columns = box
         across = self.across[rows, columns.start : columns.stop - 1]
         down = self.down[rows.start : rows.stop - 1, columns]
-        return Surfaces(self.ground_points[box], self.lab[box], across, down)
+        return Surfaces(self.ground_points[box], self.lab[box], across, down, self.pixel_m)
+
+    def thinned(self, stride: int) -> Surfaces:
+        """Return every so many pixels; two touch if all between them do."""
+        columns, rows = self.across.shape[1] // stride, self.down.shape[0] // stride
+        wide, high = self.across[::stride, : columns * stride], self.down[: rows * stride, ::stride]
+        across: Mask = np.logical_and.reduce([wide[:, k::stride] for k in range(stride)])
+        down: Mask = np.logical_and.reduce([high[k::stride] for k in range(stride)])
+        points, lab = self.ground_points[::stride, ::stride], self.lab[::stride, ::stride]
+        across, down = across[:, : points.shape[1] - 1], down[: points.shape[0] - 1]
+        return Surfaces(points, lab, across, down, self.pixel_m * stride)
 
 
 def surfaces_of(points: PointImage, lab: npt.NDArray[np.float32], pixel_m: float) -> Surfaces:
@@ -48,7 +60,7 @@ def surfaces_of(points: PointImage, lab: npt.NDArray[np.float32], pixel_m: float
     limit = np.float32(max(_GAP_M, 6.0 * pixel_m) ** 2)
     across = _squared(points[:, 1:] - points[:, :-1]) < limit
     down = _squared(points[1:] - points[:-1]) < limit
-    return Surfaces(points, lab, across, down)
+    return Surfaces(points, lab, across, down, pixel_m)
 
 
 def foreground(view: TableView, table: TopDown) -> tuple[Mask, npt.NDArray[np.float32]]:

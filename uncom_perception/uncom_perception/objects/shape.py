@@ -94,6 +94,14 @@ def measure(points: npt.NDArray[np.floating], viewer: FloatArray, hull: npt.NDAr
     )
 
 
+def body_sides(points: npt.NDArray[np.floating]) -> tuple[tuple[float, float], float]:
+    """Return the longer and the shorter side of a footprint without its handle, and the handle's length [m]."""
+    mask = cv2.morphologyEx(_rasterise(points).mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
+    body, handle = _split_handle(mask)
+    sides = cv2.minAreaRect(cv2.convexHull(_largest_contour(body)))[1]
+    return (max(sides) * _CELL_M, min(sides) * _CELL_M), handle
+
+
 def _rasterise(points: npt.NDArray[np.floating]) -> Footprint:
     x, y = np.ascontiguousarray(points[:, 0]), np.ascontiguousarray(points[:, 1])
     origin = np.array([float(x.min()), float(y.min())]) - 2 * _CELL_M

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Things that touch: told apart where their colours meet in a fold.
+"""Things that touch: told apart where their surfaces meet in a fold.
 
 Colour alone splits a box at its print, shape alone a pan at its handle; together they tell an apple from the box that
-it leans on, and a lemon from the bowl that it lies in (after the locally convex patches of Stein et al., 2014).
+it leans on, and a lemon from the bowl that it lies in.
 """
 
 from __future__ import annotations
@@ -11,21 +11,18 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from uncom_perception.objects.joining import is_handle
+from uncom_perception.objects.joining import alike_colours, is_floor, is_handle
+from uncom_perception.objects.merging import borders, evidence, merged, with_bridges
 from uncom_perception.objects.numbers import quantile
-from uncom_perception.objects.segments import LabelImage, Surfaces, connected, label_boxes
+from uncom_perception.objects.patches import Patches, patches_of
+from uncom_perception.objects.segments import LabelImage, Surfaces, label_boxes
 from uncom_perception.types import Mask
 
-_COLOUR_STEP = 5.5  # between neighbouring pixels [Lab, lightness at half weight]
-_MIN_PATCH = 220  # pixels
+_MIN_PIXELS = 660  # smaller surfaces are one thing
+_MIN_PATCH = 220  # pixels that a thing has at least
 _MIN_SHARE = 0.04  # of the surface
-_FOLD = 0.22  # how concave a border must be [sine, about]
-_SHARP_FOLD = 0.5  # where colour does not tell the two apart
-_SOLID = 0.93  # share of its convex outline above which a surface is one thing
 _SMALL_TOP_M = 0.045  # narrower things on top of others are their caps and lids
-_APART_M = 0.02  # borders further apart than this stand one before the other
-_SECTORS = 8
-_REACH = 6  # pixels from the border to where surfaces are compared
+_STRIDE = 2
 
 
 def split_touching(surfaces: Surfaces, labels: LabelImage) -> tuple[LabelImage, npt.NDArray[np.int32]]:
@@ -33,81 +30,105 @@ def split_touching(surfaces: Surfaces, labels: LabelImage) -> tuple[LabelImage, 
     result = labels.copy()
     for label, box in label_boxes(labels).items():
         own = labels[box] == label
-        if np.count_nonzero(own) < 3 * _MIN_PATCH:
+        if np.count_nonzero(own) < _MIN_PIXELS:
             continue
-        part = surfaces.cut(box)
-        _relabel(result, box, own, _patches(part, own), part, _FOLD)
-    for label, box in label_boxes(result).items():
-        own = result[box] == label
-        if np.count_nonzero(own) < 4 * _MIN_PATCH or _solidity(own) > _SOLID:
-            continue
-        part = surfaces.cut(box)
-        normals = _normals(part.ground_points)
-        _relabel(result, box, own, _convex_patches(part, own, normals), part, _SHARP_FOLD, normals)
+        groups = _groups(surfaces.cut(box), own)
+        if groups.max() > 1:
+            result[box][own] = int(result.max()) + groups[own]
     origin = np.zeros(int(result.max()) + 1, np.int32)
     origin[result.ravel()] = labels.ravel()
     return result, origin
 
 
-def _relabel(
-    labels: LabelImage,
-    box: tuple[slice, slice],
-    own: Mask,
-    patches: LabelImage,
-    part: Surfaces,
-    fold: float,
-    normals: npt.NDArray[np.float32] | None = None,
-) -> None:
-    """Give the patches of a surface that meet in a fold new labels."""
-    if patches.max() < 2:
-        return
-    groups = _grouped(part, _normals(part.ground_points) if normals is None else normals, patches, fold)
-    if int(np.ptp(groups[own])) > 0:
-        labels[box][own] = int(labels.max()) + 1 + groups[own]
+def _groups(part: Surfaces, own: Mask) -> LabelImage:
+    """Number the things (H, W) in one surface, from 1."""
+    coarse = part.thinned(_STRIDE)
+    points = coarse.ground_points
+    known = own[::_STRIDE, ::_STRIDE] & np.isfinite(points[..., 2])
+    if np.count_nonzero(known) < _MIN_PIXELS // _STRIDE**2:
+        return own.astype(np.int32)
+    patches = patches_of(points, _normals(points), coarse.lab, known, coarse.pixel_m)
+    index = _grown(patches.index, own)
+    a, b, length = borders(patches.index, coarse.across, coarse.down)
+    a, b, length = with_bridges((a, b, length), borders(index, part.across, part.down))
+    if len(a) == 0:
+        return own.astype(np.int32)
+    score, colour = evidence(patches, a, b)
+    group = merged(len(patches.size), a, b, length, score, colour)
+    least = max(_MIN_PATCH, _MIN_SHARE * float(np.count_nonzero(own))) / _STRIDE**2
+    group = _without_scraps(group, patches.size, (a, b, length), least)
+    group = _with_fittings(group, patches, points, (a, b))
+    numbers = np.unique(group[1:], return_inverse=True)[1].reshape(-1) + 1
+    return np.asarray(np.concatenate([[0], numbers])[index], dtype=np.int32)
 
 
-def _solidity(own: Mask) -> float:
-    """Return the share that a surface has of its convex outline in the image."""
-    contours = cv2.findContours(np.ascontiguousarray(own).view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
-    hull = cv2.convexHull(np.concatenate(contours))
-    return float(np.count_nonzero(own)) / max(float(cv2.contourArea(hull)), 1.0)
+def _without_scraps(
+    group: npt.NDArray[np.int64],
+    size: npt.NDArray[np.float64],
+    pairs: tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64]],
+    least: float,
+) -> npt.NDArray[np.int64]:
+    """Give groups of few pixels to the neighbour with which they share most of their border, the smallest first."""
+    group = group.copy()
+    a, b, length = pairs
+    while True:
+        pixels = np.bincount(group[1:], weights=size[1:], minlength=len(group))
+        i, j = group[a], group[b]
+        outer = i != j
+        touching = np.unique(np.concatenate([i[outer], j[outer]]))
+        small = touching[pixels[touching] < least]
+        if len(small) == 0:
+            return group
+        scrap = int(small[pixels[small].argmin()])
+        shared = np.bincount(j[outer & (i == scrap)], weights=length[outer & (i == scrap)], minlength=len(group))
+        shared = shared + np.bincount(
+            i[outer & (j == scrap)], weights=length[outer & (j == scrap)], minlength=len(group)
+        )
+        group[group == scrap] = int(shared.argmax())
 
 
-def _convex_patches(part: Surfaces, own: Mask, normals: npt.NDArray[np.float32]) -> LabelImage:
-    """Label the parts of one surface that no sharp fold runs through."""
-    points = part.ground_points
-    folded = np.zeros(own.shape, bool)
-    for ahead, behind, middle in (
-        (np.s_[:, 8:], np.s_[:, :-8], np.s_[:, 4:-4]),
-        (np.s_[8:], np.s_[:-8], np.s_[4:-4]),
-    ):
-        apart = points[ahead] - points[behind]
-        distance = np.sqrt(np.einsum("ijk,ijk->ij", apart, apart))
-        bend = np.einsum("ijk,ijk->ij", normals[ahead] - normals[behind], apart) / np.maximum(distance, 1e-6)
-        folded[middle] |= (bend < -_SHARP_FOLD) | (distance > 2.0 * _APART_M)
-    # Surfaces bend away at their outlines; a bridge along there must not join what a fold parts.
-    even = cv2.morphologyEx((own & ~folded).view(np.uint8), cv2.MORPH_ERODE, np.ones((5, 5), np.uint8))
-    return _large(connected(part, even.view(bool)), own)
+def _with_fittings(
+    group: npt.NDArray[np.int64],
+    patches: Patches,
+    points: npt.NDArray[np.float32],
+    pairs: tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]],
+) -> npt.NDArray[np.int64]:
+    """Join groups that are caps, handles or floors of others with them."""
+    group = group.copy()
+    a, b = pairs
+    while True:
+        i, j = group[a], group[b]
+        touching = {(min(p), max(p)) for p in zip(i[i != j].tolist(), j[i != j].tolist(), strict=True)}
+        image = group[patches.index]
+        clouds = {k: points[(image == k) & (patches.index > 0)] for pair in touching for k in pair}
+        colours = {k: np.median(patches.lab[group == k], axis=0) for k in clouds}
+        fitting = next((p for p in sorted(touching) if _fit(*(clouds[k] for k in p), *(colours[k] for k in p))), None)
+        if fitting is None:
+            return group
+        group[group == fitting[1]] = fitting[0]
 
 
-def _patches(part: Surfaces, own: Mask) -> LabelImage:
-    """Label the patches of even colour of one surface; small ones take the label of what lies next to them."""
-    lab = part.lab * np.array([0.5, 1.0, 1.0], np.float32)
-    even = own.copy()
-    for ahead, here in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
-        difference = lab[ahead] - lab[here]
-        even[here] &= np.einsum("ijk,ijk->ij", difference, difference) < _COLOUR_STEP**2
-    return _large(connected(part, even), own)
+def _fit(
+    one: npt.NDArray[np.float32],
+    other: npt.NDArray[np.float32],
+    colour: npt.NDArray[np.float64],
+    other_colour: npt.NDArray[np.float64],
+) -> bool:
+    alike = alike_colours(colour, other_colour)
+    return _is_fitting(one, other, alike=alike) or _is_fitting(other, one, alike=alike)
 
 
-def _large(labels: LabelImage, own: Mask) -> LabelImage:
-    """Keep the labels of patches that are large enough to be compared."""
-    sizes = np.bincount(labels.ravel())
-    keep = sizes >= max(_MIN_PATCH, _MIN_SHARE * np.count_nonzero(own))
-    keep[0] = False
-    renumber = np.zeros(len(sizes), np.int32)
-    renumber[keep] = np.arange(1, keep.sum() + 1)
-    return np.asarray(renumber[labels], dtype=np.int32)
+def _grown(image: LabelImage, own: Mask) -> LabelImage:
+    """Give every pixel of a surface the number of the nearest one in the thinned image."""
+    full = np.zeros(own.shape, np.int32)
+    full[::_STRIDE, ::_STRIDE] = image
+    full[~own] = 0
+    _, nearest = cv2.distanceTransformWithLabels(
+        (full == 0).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    seeds = np.zeros(int(nearest.max()) + 1, np.int32)
+    seeds[nearest[full > 0]] = full[full > 0]
+    return np.asarray(np.where(own, seeds[nearest], 0), dtype=np.int32)
 
 
 def _normals(points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
@@ -117,8 +138,8 @@ def _normals(points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     smooth = cv2.blur(np.where(known[..., None], points, np.float32(0.0)), (5, 5)) / weight
     along = np.zeros_like(smooth)
     down = np.zeros_like(smooth)
-    along[:, 3:-3] = smooth[:, 6:] - smooth[:, :-6]
-    down[3:-3] = smooth[6:] - smooth[:-6]
+    along[:, 2:-2] = smooth[:, 4:] - smooth[:, :-4]
+    down[2:-2] = smooth[4:] - smooth[:-4]
     normal = np.empty_like(smooth)
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         normal[..., i] = down[..., j] * along[..., k] - down[..., k] * along[..., j]
@@ -127,101 +148,10 @@ def _normals(points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     return np.asarray(normal, dtype=np.float32)
 
 
-def _grouped(part: Surfaces, normals: npt.NDArray[np.float32], patches: LabelImage, least_fold: float) -> LabelImage:
-    """Join patches again that do not meet in a fold; give every pixel the group of the nearest patch."""
-    count = int(patches.max())
-    parent = np.arange(count + 1)
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _REACH + 1, 2 * _REACH + 1))
-    zones = [cv2.dilate((patches == i).astype(np.uint8), kernel).astype(bool) for i in range(1, count + 1)]
-    for i in range(1, count + 1):
-        for j in range(i + 1, count + 1):
-            near_i, near_j = (patches == i) & zones[j - 1], (patches == j) & zones[i - 1]
-            if min(np.count_nonzero(near_i), np.count_nonzero(near_j)) < 20:
-                continue
-            if not _folded(part, normals, patches, (i, j), (near_i, near_j), least_fold):
-                _join(parent, i, j)
-    groups = np.array([_find(parent, i) for i in range(count + 1)])
-    _, nearest = cv2.distanceTransformWithLabels(
-        (patches == 0).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    seeds = np.zeros(int(nearest.max()) + 1, np.int32)
-    seeds[nearest[patches > 0]] = groups[patches[patches > 0]]
-    _, dense = np.unique(seeds[nearest], return_inverse=True)
-    return np.asarray(dense.reshape(patches.shape), dtype=np.int32)
-
-
-def _folded(
-    part: Surfaces,
-    normals: npt.NDArray[np.float32],
-    patches: LabelImage,
-    pair: tuple[int, int],
-    near: tuple[Mask, Mask],
-    least_fold: float,
-) -> bool:
-    """Whether two patches meet concavely, or one stands before the other, and neither is a cap, a lid or a handle."""
-    points = part.ground_points
-    sizes = [int(np.count_nonzero(patches == i)) for i in pair]
-    rows, columns = np.nonzero(patches == pair[int(sizes[1] < sizes[0])])
-    middle = (float(rows.mean()), float(columns.mean()))
-    (count_a, a, na), (count_b, b, nb) = (_sector_means(points, normals, zone, middle) for zone in near)
-    folds, weights = [], []
-    for sector in np.flatnonzero((count_a >= 6) & (count_b >= 6)):
-        apart = a[sector] - b[sector]
-        distance = float(np.linalg.norm(apart))
-        fold = float((na[sector] - nb[sector]) @ apart) / max(distance, 1e-6)
-        folds.append(-1.0 if distance > _APART_M else fold)
-        weights.append(min(int(count_a[sector]), int(count_b[sector])))
-    if not folds:
-        return False
-    order = np.argsort(folds)
-    half = np.searchsorted(np.cumsum(np.array(weights)[order]), 0.5 * sum(weights))
-    if folds[int(order[min(int(half), len(order) - 1)])] > -least_fold:
-        return False
-    for own, other in (pair, pair[::-1]):
-        mine, theirs = points[patches == own], points[patches == other]
-        if _is_fitting(mine, theirs):
-            return False
-    return True
-
-
-def _sector_means(
-    points: npt.NDArray[np.float32], normals: npt.NDArray[np.float32], zone: Mask, middle: tuple[float, float]
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return counts, mean points and mean normals by sector about a place: borders are compared piece by piece."""
-    v, u = np.nonzero(zone)
-    sector = (np.arctan2(v - middle[0], u - middle[1]) / (2.0 * np.pi) * _SECTORS).astype(int) % _SECTORS
-    count = np.bincount(sector, minlength=_SECTORS)
-    means = []
-    for values in (points[v, u], normals[v, u]):
-        sums = [np.bincount(sector, weights=values[:, axis], minlength=_SECTORS) for axis in range(3)]
-        means.append(np.column_stack(sums) / np.maximum(count, 1)[:, None])
-    return count, means[0], means[1]
-
-
-def _is_fitting(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32]) -> bool:
+def _is_fitting(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32], *, alike: bool) -> bool:
     """Whether a patch is a small top of another (cap, lid, stem) or a thin part held in the air by it (handle)."""
     length = max(cv2.minAreaRect(cv2.convexHull(np.ascontiguousarray(mine[:, :2])))[1])
     low = quantile(mine[:, 2], 5)
     if low > quantile(theirs[:, 2], 80) and length < _SMALL_TOP_M:
         return True
-    return is_handle(mine, theirs) or _is_floor(mine, theirs)
-
-
-def _is_floor(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32]) -> bool:
-    """Whether a patch lies, seen from above, within the rim of another: the inside of a hollow thing."""
-    hull = cv2.convexHull(np.ascontiguousarray(theirs[:, :2]))
-    middle = mine[:, :2].mean(axis=0)
-    if cv2.pointPolygonTest(hull, (float(middle[0]), float(middle[1])), False) < 0:
-        return False
-    return quantile(mine[:, 2], 95) < quantile(theirs[:, 2], 95)
-
-
-def _join(parent: npt.NDArray[np.int64], i: int, j: int) -> None:
-    a, b = _find(parent, i), _find(parent, j)
-    parent[max(a, b)] = min(a, b)
-
-
-def _find(parent: npt.NDArray[np.int64], i: int) -> int:
-    while parent[i] != i:
-        i = int(parent[i])
-    return i
+    return is_handle(mine, theirs, alike=alike) or is_floor(mine, theirs, alike=alike)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from uncom_perception.objects.arms import hand_pixels
 from uncom_perception.objects.detector import RgbImage
 from uncom_perception.objects.filling import fill_by_colour
-from uncom_perception.objects.joining import join_fragments, join_hollow
+from uncom_perception.objects.joining import join_fragments, join_hollow, parted_labels
 from uncom_perception.objects.lab import lab_image
 from uncom_perception.objects.segments import LabelImage, connected, foreground, label_boxes, mask_bounds, surfaces_of
 from uncom_perception.objects.splitting import split_touching
@@ -40,7 +40,8 @@ def find_things(image_rgb: RgbImage, view: TableView, hands: HandsFrame | None) 
     pixels = pixels & ~hand_pixels(surfaces, pixels, hands, (columns.start, rows.start))
     labels = connected(surfaces, pixels)
     labels, origin = split_touching(surfaces, _without_specks(labels))
-    labels = join_hollow(surfaces, join_fragments(surfaces, labels, origin))
+    labels, parted = join_fragments(surfaces, labels, parted_labels(surfaces, labels, origin))
+    labels, parted = join_hollow(surfaces, labels, parted)
     taken = labels > 0
     reach = Reach(*(apart <= margin for margin in _MARGINS_M))
     masks = []
