@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import logging
+import os
 import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -51,14 +52,20 @@ class ConfiguredNode(Node, Generic[ConfigT]):
         self.config: ConfigT = config_class(**values)
 
 
-def run_node(make_node: Callable[[], Node], args: list[str] | None = None) -> int:
+def run_node(make_node: Callable[[], Node], args: list[str] | None = None, *, niceness: int = 0) -> int:
     """Spin one node until it is told to stop; the body of every node's main. Returns the exit status.
 
     An UncomError at start is one line on standard error and status 2. One thread is enough, as no callback
     waits, and it is cheap: rclpy's multi-threaded executor takes three times the processor time for each message.
+
+    Args:
+        make_node: makes it.
+        args: of the command line.
+        niceness: above 0 for a node that takes all the processor time it gets, so that it leaves others their own.
     """
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
     end_with_starter()
+    os.nice(niceness)
     rclpy.init(args=args)
     node: Node | None = None
     executor = SingleThreadedExecutor()

@@ -128,7 +128,8 @@ def main(args: list[str] | None = None) -> None:
     def make() -> Node:
         return GestureNode()
 
-    sys.exit(run_node(make, args))
+    # It examines as many images as it can; sound cannot be left out, images can.
+    sys.exit(run_node(make, args, niceness=5))
 
 
 if __name__ == "__main__":

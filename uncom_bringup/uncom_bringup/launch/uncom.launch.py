@@ -84,7 +84,7 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument("params_file", default_value="", description="parameters over the shipped ones"),
             DeclareLaunchArgument("log_level", default_value="info"),
             # Shared memory large enough for camera images; see the file.
-            SetEnvironmentVariable("FASTRTPS_DEFAULT_PROFILES_XML_FILE", str(config / "fastdds.xml")),
+            SetEnvironmentVariable("FASTRTPS_DEFAULT_PROFILES_FILE", str(config / "fastdds.xml")),
             OpaqueFunction(function=_nodes),
         ]
     )
