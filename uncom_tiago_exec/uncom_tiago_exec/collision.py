@@ -222,6 +222,27 @@ class CollisionChecker:
             stretches.append((bisect_right(moved, moved[middle] + room, middle + 1, high), high, level))
         return None
 
+    def way_is_free(self, start: FloatArray, end: FloatArray, step: float = 0.005) -> bool:
+        """Check a straight line (8,) to (8,) as path_is_free does; several times as fast for one line."""
+        way = end - start
+        count = max(1, int(np.ceil(np.abs(way).max() / step)))
+        part = self._quick.way(way) / count  # that solids move at most from one state to the next [m]
+        reaches = [*(int(room / part) if part > 0.0 else count for room in ROOMS), 0]
+        stretches = deque([(0, count + 1, 0)])
+        while stretches:
+            low, high, level = stretches.popleft()
+            middle = (low + high) // 2
+            q = start + way * (middle / count)
+            level = self._room_at(q, level)
+            if level == len(ROOMS) and not self.is_free(q):
+                return False
+            reach = reaches[level]
+            if low < middle - reach:
+                stretches.append((low, middle - reach, level))
+            if middle + reach + 1 < high:
+                stretches.append((middle + reach + 1, high, level))
+        return True
+
     def _room_at(self, q: FloatArray, level: int) -> int:
         """Return which of ROOMS from `level` on there is at a configuration; their number if there is none."""
         while level < len(ROOMS) and not self._quick.has_room(q, ROOMS[level]):

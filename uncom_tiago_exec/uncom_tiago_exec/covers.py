@@ -21,7 +21,7 @@ from typing import Any
 import coal
 import numpy as np
 from scipy.optimize import nnls
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 
 from uncom_tiago_exec.types import FloatArray
 
@@ -99,7 +99,10 @@ def fewer(corners: FloatArray) -> tuple[FloatArray, float]:
     while len(chosen) < CORNERS:
         outside = (corners @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
         chosen.append(int(outside.argmax()))
-        hull.add_points(corners[chosen[-1:]])
+        try:
+            hull.add_points(corners[chosen[-1:]])
+        except QhullError:  # faces too nearly in one plane to be merged: shaken a little they are told apart
+            hull = ConvexHull(corners[chosen], incremental=True, qhull_options="QJ")
     hull.close()
     rest = np.delete(corners, chosen, axis=0)
     return corners[chosen], max(_distance(corners[chosen], point) for point in rest) + SLACK

@@ -8,6 +8,7 @@ The file is made anew for a robot description by:
 from __future__ import annotations
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -18,17 +19,20 @@ from uncom_tiago_exec.covers import FILE, SLACK, fewer, hull_of, name_of
 from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.types import FloatArray
 
-_FINE = 0.0018  # [m] radius that is small enough
+# [m] radius that is small enough: of what is always near the shoulder, of the rest of an arm, and of all else
+_FINE = {True: 0.0008, False: 0.0018}
+_COARSE = 0.004
+_NEAR = re.compile(r"arm_\w+_[12]_")
 _SHARES = (0.3, 0.4, 0.5, 0.6, 0.7)  # of the extent, where it is tried to cut
-_CUTS = 2  # into at most four bodies
+_CUTS = 3  # into at most eight bodies
 
 Body = tuple[FloatArray, float]
 
 
-def bodies_of(corners: FloatArray, cuts: int = _CUTS) -> list[Body]:
-    """Return corners and radius of the bodies that hold a hull: as few as are fine, cut where it does most."""
+def bodies_of(corners: FloatArray, fine: float, cuts: int = _CUTS) -> list[Body]:
+    """Return corners and radius of the bodies that hold a hull: as few as are fine [m], cut where it does most."""
     whole = fewer(corners)
-    if cuts == 0 or whole[1] <= _FINE:
+    if cuts == 0 or whole[1] <= fine:
         return [whole]
     axes = [*np.linalg.svd(corners - corners.mean(axis=0))[2], *np.eye(3)]
     best: list[Body] = [whole]
@@ -40,9 +44,14 @@ def bodies_of(corners: FloatArray, cuts: int = _CUTS) -> list[Body]:
             tried = [fewer(part) for part in parts]
             if max(radius for _, radius in tried) < max(radius for _, radius in best):
                 best, halves = tried, parts
-    if halves is None or max(radius for _, radius in best) <= _FINE:
+    if halves is None or max(radius for _, radius in best) <= fine:
         return best
-    return [body for half in halves for body in bodies_of(half, cuts - 1)]
+    return [body for half in halves for body in bodies_of(half, fine, cuts - 1)]
+
+
+def fine_enough(name: str) -> float:
+    """Return the radius [m] that the bodies of a shape need not be finer than."""
+    return _FINE[_NEAR.match(name) is not None] if name.startswith("arm_") else _COARSE
 
 
 def cut(corners: FloatArray, axis: FloatArray, at: float) -> tuple[FloatArray, FloatArray]:
@@ -69,7 +78,7 @@ def main(argv: list[str]) -> int:
             vertices = np.array(geometry.geometry.vertices())
             meshes[name_of(vertices)] = [
                 {"radius": round(radius + SLACK, 6), "corners": np.round(corners, 6).tolist()}
-                for corners, radius in bodies_of(hull_of(vertices))
+                for corners, radius in bodies_of(hull_of(vertices), fine_enough(geometry.name))
             ]
     command = "python -m uncom_tiago_exec.measure_covers URDF_FILE"
     FILE.write_text(json.dumps({"command": command, "meshes": meshes}, separators=(",", ":")) + "\n", encoding="utf-8")

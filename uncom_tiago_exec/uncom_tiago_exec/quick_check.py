@@ -190,6 +190,10 @@ class QuickChecker:
         """Return which shares of a room solids on a joint have: against what stands still, and what rises with them."""
         return float(self._share_of_joint[0, joint]), float(self._share_of_joint[1, joint])
 
+    def way(self, way: FloatArray) -> float:
+        """Return how far solids move at most when the joints go by (8,) [m], each by its share of the room."""
+        return float((np.abs(way) @ self._per_room).max())
+
     def moves(self, points: FloatArray) -> FloatArray:
         """Return (N,) how far along a path (N, 8) solids have moved at most [m], each by its share of the room."""
         steps = (np.abs(np.diff(points, axis=0)) @ self._per_room).max(axis=1)
