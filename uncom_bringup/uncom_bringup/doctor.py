@@ -14,7 +14,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-_IMAGE_SEGMENT_MIB = 64  # two nodes' shared memory segments of the Fast DDS profile
+_IMAGE_SEGMENT_MIB = 512  # what ./uncom wants before it gives every node room for images
 _DISTRIBUTIONS = {
     "rclpy": "ros-jazzy-rclpy",
     "pinocchio": "pin",
@@ -85,9 +85,16 @@ def _ros_environment() -> list[Finding]:
     return [
         Finding("ROS", True, source, needed=False),
         Finding("middleware", True, os.environ.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp (default)"), needed=False),
+        _image_profile(),
         Finding("domain id", True, domain or "chosen free for each demo; 0 for `uncom up`", needed=False),
         Finding("discovery", True, discovery, needed=False),
     ]
+
+
+def _image_profile() -> Finding:
+    path = os.environ.get("FASTRTPS_DEFAULT_PROFILES_FILE", "")
+    detail = path or "no profile (FASTRTPS_DEFAULT_PROFILES_FILE): sound and words may wait for seconds behind images"
+    return Finding("image profile", bool(path), detail, needed=False)
 
 
 def _weights() -> list[Finding]:

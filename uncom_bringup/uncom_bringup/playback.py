@@ -20,6 +20,7 @@ AnyT = TypeVar("AnyT")
 ItemT = TypeVar("ItemT", bound="Timed")
 _AHEAD = 40  # messages made ready before their time
 _TICK_S = 0.01
+_TELL_S = 0.02  # every listener wakes when it is told the time
 _SPIN_S = 0.0004  # sleeping wakes late by about this much
 _RATES = 1.25  # up and down change the rate by so much
 
@@ -98,23 +99,27 @@ class Playback(Generic[ItemT]):
         self._steps = 0
         self._done = False
         self._base_ns, self._base_s = 0, 0.0
+        self._told_s = float("-inf")
 
     def play(self, items: Iterable[ItemT], start_ns: int, rate: float) -> Played:
         """Send all items, the first due after start_ns [ns, the bag's clock]; `rate` is of the wall's clock."""
         self.rate, self._done = rate, False
         self._base_ns, self._base_s = start_ns, time.monotonic()
         late: list[float] = []
-        count = 0
+        count, last_ns = 0, start_ns
         for item in items:
             if not self._wait(item.time_ns):
                 break
-            self._tell_time(item.time_ns)
+            self._tell(item.time_ns)
             if not self.paused:
                 late.append(1e-9 * (self._now_ns() - item.time_ns) / self.rate)
             self._send(item)
             count += 1
+            last_ns = item.time_ns
             if self.paused:
                 self._base_ns = item.time_ns
+        if count:
+            self._tell_time(last_ns)
         late.sort()
 
         def quantile(share: float) -> float:
@@ -145,10 +150,17 @@ class Playback(Generic[ItemT]):
             if ahead_s <= 0.0:
                 return True
             # In simulated time the clock goes on between messages, too.
-            self._tell_time(now_ns)
+            self._tell(now_ns)
             self._show(now_ns, f"rate {self.rate:.2g}")
             if ahead_s > _SPIN_S:
                 time.sleep(min(ahead_s - _SPIN_S, _TICK_S))
+
+    def _tell(self, now_ns: int) -> None:
+        """Tell the time, unless that was done a moment ago."""
+        wall_s = time.monotonic()
+        if self.paused or wall_s - self._told_s >= _TELL_S:
+            self._told_s = wall_s
+            self._tell_time(now_ns)
 
     def _keys(self) -> None:
         key = self._key()

@@ -11,6 +11,7 @@ import threading
 from bisect import bisect_left
 from collections import deque
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 import numpy.typing as npt
@@ -137,9 +138,10 @@ def _at(history: deque[StampedTransform], stamp_s: float | None, other: str) -> 
             first = history[0]
             raise TransformError(other, first.child, f"asked for {stamp_s:.3f} s, the first is {first.stamp_s:.3f} s")
         return history[0].matrix
-    stamps = [link.stamp_s for link in history]
-    after = bisect_left(stamps, stamp_s)
+    after = bisect_left(history, stamp_s, key=attrgetter("stamp_s"))
     a, b = history[after - 1], history[after]
+    if np.array_equal(a.matrix, b.matrix):  # most joints rest
+        return a.matrix
     share = (stamp_s - a.stamp_s) / (b.stamp_s - a.stamp_s)
     matrix = np.eye(4)
     matrix[:3, 3] = (1.0 - share) * a.matrix[:3, 3] + share * b.matrix[:3, 3]

@@ -25,7 +25,7 @@ class GestureConfig:
     attention_s: float = field(
         default=1.0, metadata={"description": "expect a pointing hand so long after speech was heard [s]"}
     )
-    queue_size: int = field(default=8, metadata={"description": "images that may wait; the oldest is dropped"})
+    queue_size: int = field(default=3, metadata={"description": "images that may wait; the oldest is dropped"})
     depth_wait_s: float = field(default=0.15, metadata={"description": "wait so long for an image's depth [s]"})
     use_depth: bool = field(default=True, metadata={"description": "make rays metric by registered depth"})
     reliable_images: bool = field(default=True, metadata={"description": "reliable instead of best-effort images"})
