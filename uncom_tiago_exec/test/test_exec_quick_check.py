@@ -96,7 +96,7 @@ def test_far_fewer_states_of_a_free_path_are_looked_at_than_lie_on_it():
 def test_no_solid_moves_farther_than_the_bound_that_lets_states_be_left_out():
     checker, _, rng = _checker("left", 3)
     quick, group = checker._quick, checker.group
-    model, data, geometry = group.model, group.model.createData(), checker._geometry
+    model, data, geometry = group.model, group.model.createData(), checker._closely()._geometry
     gdata = geometry.createData()
     movable = [i for i, g in enumerate(geometry.geometryObjects) if g.parentJoint > 1]
     corners = {i: corners_of(geometry.geometryObjects[i].geometry) for i in movable}

@@ -14,7 +14,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from uncom_tiago_exec.clearance import Clearance
+from uncom_tiago_exec.mesh_check import MeshChecker, asked_of_quick
 from uncom_tiago_exec.quick_check import ROOMS, QuickChecker
 from uncom_tiago_exec.robot_model import ArmGroup
 from uncom_tiago_exec.types import Attachment, FloatArray, Obstacle
@@ -57,13 +57,13 @@ class CollisionChecker:
         contacts: Contacts | None = None,
         attachment: Attachment | None = None,
     ) -> None:
-        """Build the broad phase (about 2 ms)."""
+        """Choose the pairs and build the quick look; the close one is built when it is first needed."""
         self.group = group
         self.margins = margins or Margins()
         self.contacts = contacts or Contacts()
         self.checks = 0
-        self._geometry = group.geometry.copy()
         self._names = list(group.links)
+        self._added: list[Any] = []
         self._near = group.bounds.near(obstacles, max(self.margins.scene, self.margins.fingers))
         for obstacle in obstacles:
             self._add(obstacle, 0, 0, pin.SE3(obstacle.pose), "scene")
@@ -71,32 +71,32 @@ class CollisionChecker:
             frame = group.model.frames[group.tool]
             for part in attachment.parts:
                 self._add(part, frame.parentJoint, group.tool, frame.placement * pin.SE3(part.pose), HELD)
-        self._margins = self._make_pairs()
-        self._mapped: list[tuple[int, Clearance]] = []
-        self._build()
+        chosen = self._choose_pairs()
+        self._pairs = [(i, j) for i, j, _ in chosen]
+        self._margins = [margin for _, _, margin in chosen]
+        self._meshes: MeshChecker | None = None
+        asked = asked_of_quick(group, self._margins)
+        self._quick = QuickChecker(group.covers, self._added, self._pairs, asked, len(group.body_pairs))
 
     def _add(self, obstacle: Obstacle, joint: int, frame: int, placement: Any, kind: str) -> None:
         x, y, z = obstacle.size
         shape = coal.Box(x, y, z) if obstacle.shape == "box" else coal.Cylinder(x / 2.0, z)
         name = f"{kind}:{obstacle.name}:{len(self._names)}"
-        self._geometry.addGeometryObject(pin.GeometryObject(name, joint, frame, placement, shape))
+        self._added.append(pin.GeometryObject(name, joint, frame, placement, shape))
         self._names.append(HELD if kind == HELD else obstacle.name)
 
-    def _make_pairs(self) -> list[float]:
-        """Choose the pairs to check; return the margin of each."""
-        geometry, robot = self._geometry, len(self.group.links)
-        geometry.removeAllCollisionPairs()
+    def _choose_pairs(self) -> list[tuple[int, int, float]]:
+        """Return the pairs to check, each with its margin; those of the body come first."""
+        robot = len(self.group.links)
         pairs = [(i, j, self.margins.body) for i, j in self.group.body_pairs]
-        joints = [g.parentJoint for g in geometry.geometryObjects]
+        joints = [*self.group.joints, *(thing.parentJoint for thing in self._added)]
         held = [i for i in range(robot, len(joints)) if joints[i] != 0]
         for j in range(robot, len(joints)):
             if joints[j] == 0:
                 pairs += self._with_scene(j, joints, held)
             else:  # the hand that holds it touches it
                 pairs += [(i, j, self.margins.body) for i in range(robot) if joints[i] != joints[j]]
-        for i, j, _ in pairs:
-            geometry.addCollisionPair(pin.CollisionPair(i, j))
-        return [margin for _, _, margin in pairs]
+        return pairs
 
     def _with_scene(self, j: int, joints: list[int], held: list[int]) -> list[tuple[int, int, float]]:
         """Return the pairs of one solid of the scene with links and held solids, each with its margin."""
@@ -116,84 +116,39 @@ class CollisionChecker:
             return None if wanted else self.margins.fingers
         return 0.0 if wanted else self.margins.scene
 
-    def _build(self) -> None:
-        self._data = self.group.model.createData()
-        self._gdata = self._geometry.createData()
-        self._set_margins()
-        self._mapped = []
-        asked = np.array(self._margins)
-        for k, pair in enumerate(self.group.body_pairs):  # they come first among the pairs
-            clearance = self.group.clearances.get(pair)
-            if clearance is not None:
-                self._gdata.deactivateCollisionPair(k)
-                if clearance.smallest <= self._margins[k]:
-                    self._mapped.append((k, clearance))
-                else:
-                    asked[k] = -1.0  # it never comes that near
-        self._manager = pin.TreeBroadPhaseManager_DynamicAABBTreeCollisionManager(
-            self.group.model, self._geometry, self._gdata
-        )
-        pairs = [(pair.first, pair.second) for pair in self._geometry.collisionPairs]
-        added = list(self._geometry.geometryObjects)[len(self.group.links) :]
-        self._quick = QuickChecker(self.group.covers, added, pairs, asked)
-
-    def _set_margins(self) -> None:
-        for request, margin in zip(self._gdata.collisionRequests, self._margins, strict=True):
-            request.security_margin = margin
+    def _closely(self) -> MeshChecker:
+        """Return the checker of the meshes, made when it is first needed."""
+        if self._meshes is None:
+            self._meshes = MeshChecker(self.group, self._added, self._pairs, self._margins)
+        return self._meshes
 
     def is_free(self, q: FloatArray) -> bool:
         """Tell whether a configuration (8,) keeps every margin."""
         self.checks += 1
-        return self._quick.is_free(q) or self._is_free_closely(q)
-
-    def _is_free_closely(self, q: FloatArray) -> bool:
-        """Tell the same by the meshes themselves."""
-        if pin.computeCollisions(self.group.model, self._data, self._manager, q, True):
-            return False
-        for k, clearance in self._mapped:
-            if clearance.at(q) <= self._margins[k] and pin.computeCollision(self._geometry, self._gdata, k):
-                return False
-        return True
+        return self._quick.is_free(q) or self._closely().is_free(q)
 
     def touching(self, q: FloatArray) -> tuple[tuple[str, str], ...]:
         """Return the names of all pairs that do not keep their margin."""
-        return tuple(dict.fromkeys((self._pair_names(k)) for k in self._violations(q)))
+        return tuple(dict.fromkeys((self._pair_names(k)) for k in self._closely().violations(q)))
 
     def relax_at(self, q: FloatArray) -> tuple[tuple[str, str], ...]:
         """Lower the margins that a start configuration does not keep to what it has; return what still touches.
 
         A margin never becomes less than zero: pairs that truly touch stay forbidden and are returned.
         """
-        stuck = []
-        for k in self._violations(q):
-            pair = self._geometry.collisionPairs[k]
-            request, result = coal.DistanceRequest(), coal.DistanceResult()
-            first, second = (self._geometry.geometryObjects[i].geometry for i in (pair.first, pair.second))
-            distance = coal.distance(
-                first,
-                _transform(self._gdata.oMg[pair.first]),
-                second,
-                _transform(self._gdata.oMg[pair.second]),
-                request,
-                result,
-            )
+        stuck, meshes = [], self._closely()
+        for k in meshes.violations(q):
+            distance = meshes.distance(k)
             if distance <= 1e-4:
                 stuck.append(self._pair_names(k))
             self._margins[k] = float(max(0.0, min(self._margins[k], 0.9 * distance - 1e-4)))
-        self._set_margins()  # lower ones hold without a new broad phase
+        meshes.lower(self._margins)
         self._quick.lower(np.array(self._margins))
         return tuple(dict.fromkeys(stuck))
 
     def _pair_names(self, k: int) -> tuple[str, str]:
-        pair = self._geometry.collisionPairs[k]
-        return self._names[pair.first], self._names[pair.second]
-
-    def _violations(self, q: FloatArray) -> list[int]:
-        pin.updateGeometryPlacements(self.group.model, self._data, self._geometry, self._gdata, q)
-        pin.computeCollisions(self._geometry, self._gdata, False)
-        active = self._gdata.activeCollisionPairs  # those with a map are not among them
-        found = [k for k, r in enumerate(self._gdata.collisionResults) if active[k] and r.isCollision()]
-        return found + [k for k, _ in self._mapped if pin.computeCollision(self._geometry, self._gdata, k)]
+        first, second = self._pairs[k]
+        return self._names[first], self._names[second]
 
     def path_is_free(self, path: FloatArray, step: float = 0.005) -> bool:
         """Check a polyline (N, 8) at every `step` [rad, or m] of its fastest joint."""
@@ -260,7 +215,3 @@ def densify(path: FloatArray, step: float) -> FloatArray:
         count = max(1, int(np.ceil(np.abs(b - a).max() / step)))
         pieces.append(a + (b - a) * (np.arange(1, count + 1) / count)[:, None])
     return np.vstack(pieces)
-
-
-def _transform(placement: Any) -> Any:
-    return coal.Transform3s(placement.rotation, placement.translation)

@@ -15,7 +15,6 @@ from typing import Any
 
 import coal
 import numpy as np
-import numpy.typing as npt
 import pinocchio as pin
 
 from uncom_tiago_exec.covers import SLACK, corners_of, covers_of
@@ -33,28 +32,54 @@ Pairs = Sequence[tuple[int, int]]
 class _Body:
     """A solid of the quick model, the shapes it stands for, and how far what it stands for reaches beyond it [m].
 
-    far: of its farthest point from the origin of its joint, and from the axis [m].
+    far: of its farthest point from the origin of its joint, and from the axis [m]; joint: on which it is.
     """
 
     thing: Any  # a pinocchio GeometryObject
     members: tuple[int, ...]
     radius: float
     far: tuple[float, float]
+    joint: int
+
+
+class _Asked:
+    """What pairs of shapes ask of pairs of bodies.
+
+    pairs: of bodies; outer (P, 2): of each, whether both rise with the torso, and the joint of the one farther out;
+    places, shapes, radii (K,): pair of bodies, pair of shapes that asks, and what is added to its margin [m].
+    """
+
+    def __init__(
+        self, pairs: Pairs, margins: FloatArray, of_shape: Sequence[Sequence[int]], bodies: Sequence[_Body],
+        first_shapes: int, first_bodies: int,
+    ) -> None:  # fmt: skip
+        """Count pairs of shapes and pairs of bodies from the given numbers on."""
+        place: dict[tuple[int, int], int] = {}
+        found: list[tuple[int, int, float]] = []
+        for k, (i, j) in enumerate(pairs):
+            if margins[k] < 0.0:
+                continue
+            for a in of_shape[i]:
+                for b in of_shape[j]:
+                    key = (a, b) if a < b else (b, a)
+                    at = place.setdefault(key, len(place))
+                    found.append((first_bodies + at, first_shapes + k, bodies[a].radius + bodies[b].radius + SLACK))
+        columns = np.array(found).reshape(-1, 3)
+        self.pairs = list(place)
+        self.places, self.shapes = columns[:, 0].astype(np.intp), columns[:, 1].astype(np.intp)
+        self.radii = columns[:, 2]
+        joints = [(bodies[a].joint, bodies[b].joint) for a, b in self.pairs]
+        # what rises with the torso comes no nearer to its like when the torso rises
+        self.outer = np.array([(int(min(pair) > 0), max(pair)) for pair in joints], dtype=np.intp).reshape(-1, 2)
 
 
 @dataclass(frozen=True, slots=True)
-class _Contributions:
-    """Which pair of shapes asks for how much between which pair of bodies: places of both, and radii [m], each (K,)."""
+class _Base:
+    """What all quick checkers of a group begin with."""
 
-    bodies: npt.NDArray[np.intp]
-    shapes: npt.NDArray[np.intp]
-    radii: FloatArray
-
-    def margins(self, margins: FloatArray) -> FloatArray:
-        """Return the margin of each pair of bodies: the greatest that its shapes ask for."""
-        least = np.zeros(int(self.bodies.max(initial=-1)) + 1)
-        np.maximum.at(least, self.bodies, margins[self.shapes] + self.radii)
-        return least
+    geometry: Any
+    asked: _Asked
+    reach: FloatArray
 
 
 class CoverModel:
@@ -75,7 +100,7 @@ class CoverModel:
                 fine = thing.parentJoint != 1 or links[i].startswith("torso")
                 self._add_covers(thing, (i,), corners, fine=fine)
             else:
-                self.bodies.append(as_it_is(thing, i))
+                self.bodies.append(_as_it_is(thing, i))
         for members in hands.values():
             first = objects[members[0]]
             points = [_placed(first.placement.inverse() * objects[i].placement, objects[i].geometry) for i in members]
@@ -85,6 +110,25 @@ class CoverModel:
             for i in body.members:
                 self.of_shape[i].append(k)
 
+        self.far = [(0.0, 0.0)] * (model.nq + 1)
+        for body in self.bodies:
+            before = self.far[body.joint]
+            self.far[body.joint] = (max(before[0], body.far[0]), max(before[1], body.far[1]))
+        self._bases: dict[Any, _Base] = {}
+
+    def base(self, pairs: tuple[tuple[int, int], ...], margins: FloatArray) -> _Base:
+        """Return what checkers for these pairs of the body begin with; negative margins leave pairs out."""
+        key = pairs, (margins < 0.0).tobytes()
+        if key not in self._bases:
+            geometry = pin.GeometryModel()
+            for body in self.bodies:
+                geometry.addGeometryObject(body.thing)
+            asked = _Asked(pairs, margins, self.of_shape, self.bodies, 0, 0)
+            for a, b in asked.pairs:
+                geometry.addCollisionPair(pin.CollisionPair(a, b))
+            self._bases[key] = _Base(geometry, asked, _farthest(self.model, self.far, ()))
+        return self._bases[key]
+
     def _add_covers(self, thing: Any, members: tuple[int, ...], corners: FloatArray, *, fine: bool) -> None:
         for n, cover in enumerate(covers_of(corners, fine=fine)):
             body = pin.GeometryObject(
@@ -92,10 +136,12 @@ class CoverModel:
             )
             # the hash of a hand's corners forgives what placements are rounded by
             radius = cover.radius + (2.0 * SLACK if len(members) > 1 else 0.0)
-            self.bodies.append(_Body(body, members, radius, _far(thing.placement, cover.corners, radius)))
+            self.bodies.append(
+                _Body(body, members, radius, _far(thing.placement, cover.corners, radius), thing.parentJoint)
+            )
 
 
-def as_it_is(thing: Any, index: int) -> _Body:
+def _as_it_is(thing: Any, index: int) -> _Body:
     """Return the body that is a shape itself."""
     corners = corners_of(thing.geometry) if thing.parentJoint > 0 else np.zeros((1, 3))
     if corners is None:
@@ -103,7 +149,7 @@ def as_it_is(thing: Any, index: int) -> _Body:
         shape.computeLocalAABB()
         low, high = np.array(shape.aabb_local.min_), np.array(shape.aabb_local.max_)
         corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
-    return _Body(thing, (index,), 0.0, _far(thing.placement, corners, 0.0))
+    return _Body(thing, (index,), 0.0, _far(thing.placement, corners, 0.0), thing.parentJoint)
 
 
 def _far(placement: Any, corners: FloatArray, radius: float) -> tuple[float, float]:
@@ -123,39 +169,47 @@ def _placed(placement: Any, shape: Any) -> FloatArray:
 class QuickChecker:
     """Looks at configurations of one group in one scene; made for the pairs and margins of a checker."""
 
-    def __init__(self, covers: CoverModel, others: Sequence[Any], pairs: Pairs, margins: FloatArray) -> None:
+    def __init__(
+        self, covers: CoverModel, others: Sequence[Any], pairs: Pairs, margins: FloatArray, of_body: int
+    ) -> None:
         """Build the model of covers and of `others` (what a checker has added); pairs and margins are the checker's.
 
-        Pairs that can never touch may be left out by a negative margin.
+        The first `of_body` pairs are the same for all checkers of a group, but for their margins. Pairs that are
+        always kept may be left out by a negative margin.
         """
         self.model = covers.model
+        base = covers.base(tuple(pairs[:of_body]), margins[:of_body])
         bodies, of_shape = list(covers.bodies), list(covers.of_shape)
-        wanted = {i for pair, margin in zip(pairs, margins, strict=True) if margin >= 0.0 for i in pair}
+        wanted = {i for pair in pairs[of_body:] for i in pair}
+        self._geometry = base.geometry.copy()
         for k, thing in enumerate(others, len(of_shape)):
             of_shape.append([len(bodies)] if k in wanted else [])
             if k in wanted:
-                bodies.append(as_it_is(thing, k))
-        self._geometry = pin.GeometryModel()
-        for body in bodies:
-            self._geometry.addGeometryObject(body.thing)
-        self._asked, looked_at = _contributions(pairs, margins, of_shape, bodies)
-        for a, b in looked_at:
+                bodies.append(_as_it_is(thing, k))
+                self._geometry.addGeometryObject(thing)
+        rest = _Asked(pairs[of_body:], margins[of_body:], of_shape, bodies, of_body, len(base.asked.pairs))
+        for a, b in rest.pairs:
             self._geometry.addCollisionPair(pin.CollisionPair(a, b))
-        joints = [body.thing.parentJoint for body in bodies]
-        # what rises with the torso comes no nearer to its like when the torso rises
-        outer = [(int(min(joints[a], joints[b]) > 0), max(joints[a], joints[b])) for a, b in looked_at]
-        reach = _farthest(self.model, bodies)
+        self._asked = (base.asked, rest)
+        held = [body for body in bodies[len(covers.bodies) :] if body.joint > 0]
+        reach = _farthest(self.model, covers.far, held) if held else base.reach
         reaches = np.stack([reach, reach * (np.arange(len(reach)) > 0)[:, None]])
         pace = np.array(self.model.velocityLimit) @ reaches[1]
         # near the shoulder little moves and little room is left; far from it, and from the scene, there is more
-        shares = np.stack([np.maximum(pace / pace.max(), least_share) for least_share in _LEAST_SHARES])
-        self._share_of_joint = shares
-        self._shares = shares[tuple(np.array(outer).T)] if outer else np.zeros(0)
-        self._per_room = np.hstack(reaches[:, :, 1:] / shares[:, None, 1:])
+        self._share_of_joint = np.stack([np.maximum(pace / pace.max(), least) for least in _LEAST_SHARES])
+        self._shares = np.concatenate([self._share_of_joint[tuple(asked.outer.T)] for asked in self._asked])
+        self._per_room = np.hstack(reaches[:, :, 1:] / self._share_of_joint[:, None, 1:])
         self._data = self.model.createData()
-        self._margins = self._asked.margins(margins)
+        self._margins = self._margins_from(margins)
         self._managers: dict[float, tuple[Any, Any]] = {}
         self._plain = self._manager(0.0)[1]
+
+    def _margins_from(self, margins: FloatArray) -> FloatArray:
+        """Return the margin of each pair of bodies: the greatest that its shapes ask for."""
+        least = np.zeros(len(self._shares))
+        for asked in self._asked:
+            np.maximum.at(least, asked.places, margins[asked.shapes] + asked.radii)
+        return least
 
     def _manager(self, room: float) -> tuple[Any, Any]:
         """Return data and manager that look for a room beside the margins [m], made when they are first needed."""
@@ -174,7 +228,7 @@ class QuickChecker:
 
     def lower(self, margins: FloatArray) -> None:
         """Set the margins of the checker's pairs anew; none may be greater than before."""
-        self._margins = np.minimum(self._margins, self._asked.margins(margins))
+        self._margins = np.minimum(self._margins, self._margins_from(margins))
         for room, (gdata, _) in self._managers.items():
             self._set(gdata, room)
 
@@ -200,34 +254,19 @@ class QuickChecker:
         return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def _contributions(
-    pairs: Pairs, margins: FloatArray, of_shape: Sequence[Sequence[int]], bodies: Sequence[_Body]
-) -> tuple[_Contributions, list[tuple[int, int]]]:
-    """Return what pairs of shapes ask of pairs of bodies, and those pairs of bodies."""
-    place: dict[tuple[int, int], int] = {}
-    found: list[tuple[int, int, float]] = []
-    for k, (i, j) in enumerate(pairs):
-        if margins[k] < 0.0:
-            continue
-        for a in of_shape[i]:
-            for b in of_shape[j]:
-                key = (a, b) if a < b else (b, a)
-                found.append((place.setdefault(key, len(place)), k, bodies[a].radius + bodies[b].radius + SLACK))
-    columns = np.array(found).reshape(-1, 3)
-    return _Contributions(columns[:, 0].astype(np.intp), columns[:, 1].astype(np.intp), columns[:, 2]), list(place)
-
-
-def _farthest(model: Any, bodies: Sequence[_Body]) -> FloatArray:
+def _farthest(model: Any, far: Sequence[tuple[float, float]], held: Sequence[_Body]) -> FloatArray:
     """Return (8, 9) how far solids on joint k (column) move at most when joint j + 1 (row) does [m/rad, or m/m]."""
     count = model.nq
     reach = np.zeros((count, count + 1))
+    offsets = [np.array(model.jointPlacements[j].translation) for j in range(1, count + 1)]
+    beside = [float(np.hypot(offset[0], offset[1])) for offset in offsets]
+    apart = [float(np.linalg.norm(offset)) for offset in offsets]
+    turns = [str(model.joints[j].shortname()).startswith("JointModelR") for j in range(1, count + 1)]
     for k in range(1, count + 1):
-        far = [body.far for body in bodies if body.thing.parentJoint == k] or [(0.0, 0.0)]
-        ball, round_axis = max(f[0] for f in far), max(f[1] for f in far)
-        for j in range(k, 0, -1):
-            turns = str(model.joints[j].shortname()).startswith("JointModelR")
-            reach[j - 1, k] = (round_axis if turns else 1.0) + SLACK
-            offset = model.jointPlacements[j].translation
-            round_axis = float(np.hypot(offset[0], offset[1])) + ball
-            ball += float(np.linalg.norm(offset))
+        ends = [far[k], *(body.far for body in held if body.joint == k)]
+        ball, round_axis = max(end[0] for end in ends), max(end[1] for end in ends)
+        for j in range(k - 1, -1, -1):
+            reach[j, k] = (round_axis if turns[j] else 1.0) + SLACK
+            round_axis = beside[j] + ball
+            ball += apart[j]
     return reach

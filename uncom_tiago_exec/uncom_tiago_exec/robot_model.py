@@ -10,6 +10,7 @@ import re
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -239,11 +240,16 @@ class ArmGroup:
         wrist = self.data.oMi[model.getJointId(f"arm_{side}_7_joint")]
         self._tool_to_wrist = np.array((self.data.oMf[self.tool].inverse() * wrist).homogeneous)
         self.links = tuple(link_of_geometry(g.name) for g in geometry.geometryObjects)
+        self.joints = tuple(int(g.parentJoint) for g in geometry.geometryObjects)
         self.body_pairs: tuple[tuple[int, int], ...] = ()
         self.clearances: dict[tuple[int, int], Clearance] = {}
         self.bounds = ReachBounds(model, geometry, float(self.lower[0]), float(self.upper[0]))
-        self.covers = CoverModel(model, geometry, self.links)
         self.reach = self._measure_reach() if reach is None else reach
+
+    @cached_property
+    def covers(self) -> CoverModel:
+        """Covers of the shapes, made when they are first needed."""
+        return CoverModel(self.model, self.geometry, self.links)
 
     def _measure_reach(self) -> float:
         """Return how far the wrist (origin of the last joint) can be from the shoulder [m], by sampling."""
