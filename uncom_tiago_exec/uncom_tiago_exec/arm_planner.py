@@ -108,8 +108,7 @@ class ArmPlanner:
 
     def transit(self, checker: CollisionChecker, start: FloatArray, goals: Sequence[FloatArray]) -> FloatArray:
         """Plan a free motion (N, 8)."""
-        # what is left between two checks is found when the motion is timed, at every 0.005 rad
-        options = PlannerOptions(time_s=self.config.planning_time_s / 2.0, resolution=0.02)
+        options = PlannerOptions(time_s=self.config.planning_time_s / 2.0)
         return JointPlanner(checker, options).plan(start, goals)
 
     def straight(self, checker: CollisionChecker, start: FloatArray, offset: FloatArray) -> FloatArray:

@@ -15,19 +15,18 @@ STEP = 0.01  # [m]
 CHECK = 0.02  # [rad] between checks; motions are looked at again, closely, once they are timed
 LARGEST_JUMP = 0.25  # [rad] a step of 1 cm never needs more, unless the arm flips
 LARGEST_TORSO_JUMP = 0.04  # [m]
+_TURNED = 1e-9  # difference of two rotations' entries above which they are not the same
 
 
 def interpolate_poses(start: FloatArray, end: FloatArray, count: int) -> list[FloatArray]:
     """Return `count` poses (4, 4) after `start` on the straight line to `end`, the rotation turning evenly."""
     shares = np.arange(1, count + 1) / count
-    rotations = Slerp([0.0, 1.0], Rotation.from_matrix(np.stack([start[:3, :3], end[:3, :3]])))(shares).as_matrix()
-    poses = []
-    for share, rotation in zip(shares, rotations, strict=True):
-        pose = np.eye(4)
-        pose[:3, :3] = rotation
-        pose[:3, 3] = (1.0 - share) * start[:3, 3] + share * end[:3, 3]
-        poses.append(pose)
-    return poses
+    poses = np.tile(np.asarray(end, dtype=float), (count, 1, 1))
+    poses[:, :3, 3] = start[:3, 3] + shares[:, None] * (end[:3, 3] - start[:3, 3])
+    if np.abs(end[:3, :3] - start[:3, :3]).max() > _TURNED:
+        ends = Rotation.from_matrix(np.stack([start[:3, :3], end[:3, :3]]))
+        poses[:, :3, :3] = Slerp([0.0, 1.0], ends)(shares).as_matrix()
+    return list(poses)
 
 
 def straight_path(solver: IkSolver, checker: CollisionChecker, start: FloatArray, end: FloatArray) -> FloatArray:
@@ -38,7 +37,9 @@ def straight_path(solver: IkSolver, checker: CollisionChecker, start: FloatArray
         InCollisionError: something is in the way.
     """
     pose = solver.group.forward(start)
-    turn = float(np.linalg.norm(Rotation.from_matrix(pose[:3, :3].T @ end[:3, :3]).as_rotvec()))
+    if not solver.group.within_reach(end):
+        raise PlanningError(f"the {solver.group.side} arm cannot follow the straight line to its end")
+    turn = float(np.arccos(np.clip((np.trace(pose[:3, :3].T @ end[:3, :3]) - 1.0) / 2.0, -1.0, 1.0)))
     count = max(1, int(np.ceil(max(float(np.linalg.norm(end[:3, 3] - pose[:3, 3])) / STEP, turn / 0.05))))
     return follow_poses(solver, checker, start, np.array(interpolate_poses(pose, end, count)))
 

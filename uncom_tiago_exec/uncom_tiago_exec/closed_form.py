@@ -74,13 +74,16 @@ class ClosedForm:
         cosine = 2.0 * float(self._constant @ self._even)
         sine = 2.0 * float(self._constant @ self._odd)
         self._phase, self._amplitude = float(np.arctan2(sine, cosine)), float(np.hypot(sine, cosine))
+        self._moving = (self._even - 1j * self._odd)[:, None, None]
+        self._across = complex(*self._third[2, :2])
+        self._plane = self._third[0] + 1j * self._third[1]
         a, b = self._first[:3, :3], self._second
-        self._by_cosine = a[:, :2] @ b[:2, :3]
-        self._by_sine = np.outer(a[:, 1], b[0, :3]) - np.outer(a[:, 0], b[1, :3])
-        self._by_one = np.outer(a[:, 2], b[2, :3])
+        by_cosine = a[:, :2] @ b[:2, :3]
+        by_sine = np.outer(a[:, 1], b[0, :3]) - np.outer(a[:, 0], b[1, :3])
+        self._rotations = np.stack([by_cosine, by_sine, np.outer(a[:, 2], b[2, :3])]).reshape(3, 9)
         x, y, z = b[:3, 3]
-        self._offset = (a[:, 0] * x + a[:, 1] * y, a[:, 1] * x - a[:, 0] * y)
-        self._base = self._torso + self._first[:3, 3] + a[:, 2] * z
+        base = self._torso + self._first[:3, 3] + a[:, 2] * z
+        self._origins = np.stack([a[:, 0] * x + a[:, 1] * y, a[:, 1] * x - a[:, 0] * y, base])
 
     def postures(self, targets: FloatArray, torso: FloatArray, first: FloatArray) -> FloatArray:
         """Return joint vectors (8, K, 8) for hand poses (K, 4, 4) or (4, 4), torso [m] (K,), first joints [rad] (K,).
@@ -89,41 +92,41 @@ class ClosedForm:
         """
         turn = targets[..., :3, :3] @ self._tool_turn.T  # of joint 7 in the base
         wrist = targets[..., :3, 3] - turn @ self._tool_offset
-        c1, s1 = np.cos(first), np.sin(first)
-        # rotation of the frame before joint 2 turns: linear in cos and sin of joint 1
-        rotation = c1[:, None, None] * self._by_cosine + s1[:, None, None] * self._by_sine + self._by_one
-        away = wrist - self._base - c1[:, None] * self._offset[0] - s1[:, None] * self._offset[1]
+        at_first = np.empty((len(first), 3))
+        at_first[:, 0], at_first[:, 1], at_first[:, 2] = np.cos(first), np.sin(first), 1.0
+        # rotation of the frame before joint 2 turns, and its origin: linear in cos and sin of joint 1
+        rotation = (at_first @ self._rotations).reshape(-1, 3, 3)
+        away = wrist - at_first @ self._origins
         away[:, 2] -= torso
-        away = (away[:, None, :] @ rotation)[:, 0].T  # (3, K) in the frame before joint 2
+        away = np.einsum("kj,kji->ik", away, rotation)  # (3, K) in the frame before joint 2
         away[2] -= self._shoulder_z
-        rest = np.swapaxes(rotation, 1, 2) @ turn
-        return self._solve(np.ascontiguousarray(rest.transpose(1, 2, 0)), away, torso, first)
+        rest = np.einsum("kji,jl->ilk" if turn.ndim == 2 else "kji,kjl->ilk", rotation, turn)
+        return self._solve(rest, away, torso, first)
 
     def _solve(self, rest: FloatArray, away: FloatArray, torso: FloatArray, first: FloatArray) -> FloatArray:
         """Go on from W - S (3, K) and the rotation that remains (3, 3, K), both in the frame before joint 2."""
         q = np.empty((8, len(torso), 8))
         half = q[:4]
+        # pairs of components are complex numbers here: turning about z is a product with exp(i angle)
         with np.errstate(invalid="ignore"):
-            squared = (away * away).sum(axis=0)
-            turn4 = np.arccos((squared - self._ground) / self._amplitude)
+            turn4 = np.arccos((np.einsum("ij,ij->j", away, away) - self._ground) / self._amplitude)
             q4 = self._phase + _SIGN_4 * turn4
-            c4, s4 = np.cos(q4), np.sin(q4)
-            ux, uy, uz = (
-                self._constant[i] + c4 * self._even[i] + s4 * self._odd[i] for i in range(3)
-            )  # W - S, frame 3
+            e4 = np.exp(1j * q4)
+            u = self._constant[:, None, None] + (self._moving * e4).real  # W - S, frame 3
+            flat = u[0] + 1j * u[1]
             # the component along the axis of joint 2 does not depend on joint 2
-            r0, r1, r2 = self._third[2]
-            along, beside = r0 * ux + r1 * uy, r1 * ux - r0 * uy
-            height = (away[2] - r2 * uz) / np.sqrt(along * along + beside * beside)
-            q3 = np.arctan2(beside, along) + _SIGN_3 * np.arccos(height)
-            c3, s3 = np.cos(q3), np.sin(q3)
-            bx, by = c3 * ux - s3 * uy, s3 * ux + c3 * uy
-            flat_x, flat_y = (t[0] * bx + t[1] * by + t[2] * uz for t in self._third[:2])
-            q2 = np.arctan2(away[1], away[0]) - np.arctan2(flat_y, flat_x)
-            rest = _unturned(rest[:, :, None], np.cos(q2), np.sin(q2), self._third)
-            rest = _unturned(rest, c3, s3, self._fourth[:3, :3])
-            rest = _unturned(rest, c4, s4, self._fifth)
-            sine = np.sqrt(rest[0, 2] ** 2 + rest[1, 2] ** 2)
+            beside = self._across * flat.conj()
+            height = (away[2] - self._third[2, 2] * u[2]) / np.abs(beside)
+            q3 = np.arctan2(beside.imag, beside.real) + _SIGN_3 * np.arccos(height)
+            e3 = np.exp(1j * q3)
+            turned = e3 * flat
+            plane = self._plane[0] * turned.real + self._plane[1] * turned.imag + self._plane[2] * u[2]
+            e2 = (away[0] + 1j * away[1]) * plane.conj()
+            q2 = np.arctan2(e2.imag, e2.real)
+            rest = _unturned(rest[:, :, None], e2 / np.abs(e2), self._third)
+            rest = _unturned(rest, e3, self._fourth[:3, :3])
+            rest = _unturned(rest, e4, self._fifth)
+            sine = np.hypot(rest[0, 2], rest[1, 2])
             q5, q7 = np.arctan2(rest[1, 2], rest[0, 2]), np.arctan2(rest[2, 1], -rest[2, 0])
             straight = sine < 1e-9  # joints 5 and 7 turn about one axis
             if straight.any():
@@ -140,11 +143,9 @@ class ClosedForm:
         return q
 
 
-def _unturned(rest: FloatArray, c: FloatArray, s: FloatArray, fixed: FloatArray) -> FloatArray:
-    """Return fixed^T Rz(-angle) rest for rotations (3, 3, ..) along the first axes."""
-    x, y = rest[0], rest[1]
-    mixed = np.empty((3, 3, *c.shape))
-    mixed[0] = c * x + s * y
-    mixed[1] = c * y - s * x
-    mixed[2] = rest[2]
+def _unturned(rest: FloatArray, turn: Any, fixed: FloatArray) -> FloatArray:
+    """Return fixed^T Rz(-angle) rest for rotations (3, 3, ..) along the first axes; turn is exp(i angle)."""
+    flat = (rest[0] + 1j * rest[1]) * turn.conj()
+    mixed = np.empty((3, *flat.shape))
+    mixed[0], mixed[1], mixed[2] = flat.real, flat.imag, rest[2]
     return np.asarray((fixed.T @ mixed.reshape(3, -1)).reshape(mixed.shape))

@@ -23,7 +23,9 @@ from uncom_tiago_exec.robot_model import ArmGroup
 from uncom_tiago_exec.types import FloatArray
 
 _LOG = logging.getLogger(__name__)
-_ROUNDS = (14, 96, 512)  # pairs of torso height and first joint looked at, one round after another
+_ROUNDS = (20, 96, 512)  # pairs of torso height and first joint looked at, one round after another
+# how far torso [m] and first joint [rad] are tried to go while the hand goes straight
+_DETOURS = np.array([[t, a] for t in (0.0, -0.06, 0.06) for a in (0.0, -0.15, 0.15, -0.35, 0.35)][1:])
 _MARGIN = 0.06  # share of a joint's range next to a limit that is better avoided
 
 
@@ -55,6 +57,7 @@ class IkSolver:
         shares[_ROUNDS[0] : _ROUNDS[0] + 40, 0] = 1.0  # what stands on a table is best reached from above
         self._samples = group.lower[:2] + shares * (group.upper - group.lower)[:2]
         self._range = group.upper - group.lower
+        self._middle, self._half = 0.5 * (group.upper + group.lower), 0.5 * self._range
         self._scale = 1.0 / group.velocity
 
     def descend(self, target: FloatArray, start: FloatArray, iterations: int | None = None) -> FloatArray | None:
@@ -62,11 +65,29 @@ class IkSolver:
         return self._descent.descend(target, start, iterations)
 
     def along(self, poses: FloatArray, start: FloatArray) -> FloatArray | None:
-        """Follow poses (N, 4, 4) from a configuration with torso and first joint at rest; (N, 8), None if it cannot."""
+        """Follow poses (N, 4, 4) from a configuration; (N, 8), or None if a descent had better try.
+
+        Torso and first joint go evenly to where the last pose is reached with the least motion; they stay if they can.
+        """
         if self._closed is None:
             return None
-        count = len(poses)
-        q = self._closed.postures(poses, np.full(count, start[0]), np.full(count, start[1]))
+        path = self._along(poses, start, start[:2])
+        if path is not None:
+            return path
+        ends = np.clip(start[:2] + _DETOURS, self.group.lower[:2], self.group.upper[:2])
+        q = self._closed.postures(poses[-1], ends[:, 0], ends[:, 1]).reshape(-1, 8)
+        self._unwind(q)
+        far = np.abs((q - start) * self._scale).max(axis=-1)
+        far[~((q >= self.group.lower) & (q <= self.group.upper)).all(axis=-1)] = np.inf
+        nearest = int(np.nan_to_num(far, nan=np.inf).argmin())
+        return self._along(poses, start, q[nearest, :2]) if np.isfinite(far[nearest]) else None
+
+    def _along(self, poses: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray | None:
+        """Follow poses while torso and first joint go evenly to an end (2,); None where that leaves the limits."""
+        if self._closed is None:
+            return None
+        lead = start[:2] + (np.arange(1, len(poses) + 1) / len(poses))[:, None] * (end - start[:2])
+        q = self._closed.postures(poses, lead[:, 0], lead[:, 1])
         self._unwind(q)
         branch = int(np.nan_to_num(np.abs(q[:, 0] - start).max(axis=-1), nan=np.inf).argmin())
         path = q[branch]
@@ -139,16 +160,18 @@ class IkSolver:
         """Return the configurations (M, 8) inside the limits, best first, and the nearest misses, clamped."""
         lower, upper = self.group.lower, self.group.upper
         self._unwind(q)
-        excess = np.maximum(lower - q, q - upper).max(axis=1)
-        good = q[excess <= 0.0]
+        middle = q - self._middle
+        excess = (np.abs(middle, out=middle) - self._half).max(axis=1)
+        inside = excess <= 0.0
         best: list[FloatArray] = []
-        if len(good):
-            edge = np.minimum(good - lower, upper - good) / self._range
-            cost = np.maximum(0.0, 1.0 - edge / _MARGIN).max(axis=1)
+        if inside.any():
+            good = q[inside]
+            edge = (self._half - middle[inside]) / self._range  # of the nearer limit
+            cost = np.maximum(0.0, 1.0 - edge.min(axis=1) / _MARGIN)
             if seeds:
                 cost = cost + (np.abs(good - seeds[0]) * self._scale).max(axis=1)
             best = list(good[np.argsort(cost)])
-            excess[excess <= 0.0] = np.inf
+            excess[inside] = np.inf
         if len(q) <= 8 * (_ROUNDS[0] + len(seeds)):
             return best, []
         # the nearest miss of each posture

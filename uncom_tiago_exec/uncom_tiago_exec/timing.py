@@ -75,45 +75,41 @@ def _rest(joint_names: tuple[str, ...], q: FloatArray) -> Trajectory:
 
 def _speed_profile(grid: PathGrid, limits: MotionLimits) -> FloatArray:
     """Return the squared path speed at each grid point (N,): backward controllable sets, then greedy forward."""
-    count = len(grid.s)
-    ds = np.diff(grid.s)
-    # constraints a u + b x <= c at both ends of each interval, with x the squared speed at its start
-    a = np.concatenate([grid.first_start, grid.first_end + 0.0], axis=1)
+    count, ds = len(grid.s), np.diff(grid.s)
+    # |a u + b x| <= c at both ends of each interval, with x the squared speed at its start and u half of how it grows
+    a = np.concatenate([grid.first_start, grid.first_end + 2.0 * ds[:, None] * grid.second], axis=1)
     b = np.concatenate([grid.second, grid.second], axis=1)
-    # at the end of the interval x grows by 2 ds u
-    a[:, grid.q.shape[1] :] += 2.0 * ds[:, None] * grid.second
-    a, b = np.concatenate([a, -a], axis=1), np.concatenate([b, -b], axis=1)
-    c = np.tile(limits.acceleration, 4)
-    fastest = np.full(count, np.inf)
-    for i in range(count - 1):
-        for j, first in ((i, grid.first_start[i]), (i + 1, grid.first_end[i])):
-            fastest[j] = min(fastest[j], float(np.min((limits.velocity / np.maximum(np.abs(first), 1e-9)) ** 2)))
+    c = np.tile(limits.acceleration, 2)
+    # the direction turns evenly within an interval: what it is at either end bounds the speed at both
+    steepest = np.maximum(np.abs(grid.first_start), np.abs(grid.first_end))
+    allowed = (limits.velocity / np.maximum(steepest, 1e-9)).min(axis=1) ** 2
+    fastest = np.minimum(np.append(allowed, np.inf), np.append(np.inf, allowed))
+    flat = np.abs(a) <= 1e-12
+    safe = np.where(flat, 1.0, a)
+    slope, room = np.where(flat, 0.0, b / safe), np.where(flat, np.inf, c / np.abs(safe))
+    # u <= room - slope x and u >= -room - slope x: each upper with each lower bound, and what stays still, bound x
+    own = _smallest(room[:, :, None] + room[:, None, :], slope[:, :, None] - slope[:, None, :], (1, 2))
+    own = np.minimum(own, _smallest(np.broadcast_to(c, b.shape), np.where(flat, np.abs(b), 0.0), (1,)))
+    own = np.minimum(own, _smallest(room, slope - 0.5 / ds[:, None], (1,)))  # x at the end is not negative
+    own = np.minimum(own, fastest[:-1])
     reach = np.zeros(count)
+    steepness = 0.5 / ds[:, None] - slope  # x at the end is at most what is allowed there
+    rising = (steepness > 1e-12) & ~flat
+    steepness = np.where(rising, steepness, 1.0)
     for i in range(count - 2, -1, -1):
-        reach[i] = min(fastest[i], _largest_start(a[i], b[i], c, 2.0 * ds[i], reach[i + 1]))
+        after = np.where(rising[i], (0.5 / ds[i] * reach[i + 1] + room[i]) / steepness[i], np.inf)
+        reach[i] = max(0.0, min(float(own[i]), float(after.min())))
     squared = np.zeros(count)
     for i in range(count - 1):
-        slack = c - b[i] * squared[i]
-        positive = a[i] > 1e-12
-        u = float(np.min(slack[positive] / a[i][positive], initial=np.inf))
+        u = float((room[i] - slope[i] * squared[i]).min())
         squared[i + 1] = max(0.0, min(squared[i] + 2.0 * ds[i] * u, float(reach[i + 1])))
     return squared
 
 
-def _largest_start(a: FloatArray, b: FloatArray, c: FloatArray, step: float, after: float) -> float:
-    """Return the largest x with some u such that a u + b x <= c and 0 <= x + step u <= after."""
-    a = np.append(a, [step, -step])
-    b = np.append(b, [1.0, -1.0])
-    c = np.append(c, [after, 0.0])
-    up, down, flat = a > 1e-12, a < -1e-12, np.abs(a) <= 1e-12
-    # u <= (c - b x) / a for up, u >= (c - b x) / a for down: each pair bounds x
-    upper_c, upper_b = c[up] / a[up], b[up] / a[up]
-    lower_c, lower_b = c[down] / a[down], b[down] / a[down]
-    slope = (upper_b[:, None] - lower_b[None, :]).ravel()
-    room = (upper_c[:, None] - lower_c[None, :]).ravel()
-    slope, room = np.concatenate([slope, b[flat]]), np.concatenate([room, c[flat]])
+def _smallest(room: FloatArray, slope: FloatArray, axes: tuple[int, ...]) -> FloatArray:
+    """Return the largest x with slope x <= room for all along the axes."""
     rising = slope > 1e-12
-    return max(0.0, float(np.min(room[rising] / slope[rising], initial=np.inf)))
+    return np.asarray(np.where(rising, room / np.where(rising, slope, 1.0), np.inf).min(axis=axes))
 
 
 def _integrate(grid: PathGrid, squared: FloatArray) -> tuple[FloatArray, FloatArray]:
