@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of this package share: the robot at its start pose, and objects as a head camera sees them."""
+"""What the tests of this package share: the robot at its start pose, objects as a camera sees them, an easy robot."""
 
 from __future__ import annotations
 
 from functools import cache
 
 import numpy as np
-from uncom_sim.bench_planning_scenes import TABLE_Z, flat_table
+from uncom_sim.bench_planning_scenes import TABLE_Z, detection, flat_table
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.robot.names import home_positions
+from uncom_tiago_exec.exceptions import StoppedError
 from uncom_tiago_exec.obstacles import upright
+from uncom_tiago_exec.robot_interface import RobotInterface
 from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.types import ManipulationTask
 
@@ -103,3 +105,43 @@ def make_task(things, primitive, target=None, place=None, relation="none"):
     return ManipulationTask(
         "u1", 0, primitive, relation, things[0], tuple(things), flat_table(), goal, pose, things[0].label, target or ""
     )
+
+
+def lemon_and_bowl(rng, lemon=(0.6, 0.2)):
+    return [
+        detection("lemon", ball_cloud(*lemon, 0.027, rng)),
+        detection("bowl", bowl_cloud(0.6, -0.08, 0.08, 0.065, rng)),
+        detection("box", box_cloud(0.75, 0.2, 0.3, np.array([0.15, 0.08, 0.09]), rng)),
+    ]
+
+
+class ObedientRobot(RobotInterface):
+    """Joints go where they are sent; between the fingers is something `width` wide, or nothing."""
+
+    def __init__(self, scene, widths, stop_at=None):
+        self.joints = start_positions()
+        self.scene = scene
+        self.widths = list(widths)
+        self.stop_at = stop_at
+        self.moves = 0
+
+    def positions(self):
+        return dict(self.joints)
+
+    def follow(self, trajectory):
+        self.moves += 1
+        if self.stop_at == self.moves:
+            raise StoppedError("stopped on request")
+        here = np.array([self.joints[n] for n in trajectory.joint_names])
+        assert np.abs(here - trajectory.positions[0]).max() < 0.01, "a motion must start where the robot is"
+        self.joints |= dict(zip(trajectory.joint_names, trajectory.positions[-1], strict=True))
+
+    def grip(self, side, gap):
+        gap = max(gap, self.widths[0]) if gap < 0.045 else gap
+        for finger in ("left", "right"):
+            self.joints[f"gripper_{side}_{finger}_finger_joint"] = gap / 2
+        return gap
+
+    def look(self):
+        self.widths = self.widths[1:] or self.widths
+        return self.scene

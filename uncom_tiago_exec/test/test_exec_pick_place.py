@@ -7,11 +7,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from exec_fixtures import (
+    ObedientRobot,
     ball_cloud,
-    bowl_cloud,
     box_cloud,
     cylinder_cloud,
     dish_cloud,
+    lemon_and_bowl,
     make_task,
     robot,
     start_positions,
@@ -20,24 +21,15 @@ from uncom_perception.types import Scene
 from uncom_sim.bench_planning_scenes import detection, flat_table
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.engine import Engine
-from uncom_tiago_exec.exceptions import MotionError, RefusedError, StoppedError, UnreachableError
+from uncom_tiago_exec.exceptions import MotionError, RefusedError, UnreachableError
 from uncom_tiago_exec.nearer import seen_from
 from uncom_tiago_exec.performing import reversed_trajectory
 from uncom_tiago_exec.pick_place import PickPlacePlanner
 from uncom_tiago_exec.plan import GripStep, MoveStep
-from uncom_tiago_exec.robot_interface import RobotInterface
 from uncom_tiago_exec.types import Stage
 from uncom_tiago_exec.verification import verify
 
 CONFIG = ExecutionConfig()
-
-
-def lemon_and_bowl(rng, lemon=(0.6, 0.2)):
-    return [
-        detection("lemon", ball_cloud(*lemon, 0.027, rng)),
-        detection("bowl", bowl_cloud(0.6, -0.08, 0.08, 0.065, rng)),
-        detection("box", box_cloud(0.75, 0.2, 0.3, np.array([0.15, 0.08, 0.09]), rng)),
-    ]
 
 
 @pytest.fixture(scope="module")
@@ -87,38 +79,6 @@ def test_without_a_table_nothing_is_planned():
     blind = type(task)(**{**{f: getattr(task, f) for f in task.__slots__}, "table": None})
     with pytest.raises(RefusedError, match="do not see the table"):
         PickPlacePlanner(robot(), CONFIG).plan(blind, start_positions())
-
-
-class ObedientRobot(RobotInterface):
-    """Joints go where they are sent; between the fingers is something `width` wide, or nothing."""
-
-    def __init__(self, scene, widths, stop_at=None):
-        self.joints = start_positions()
-        self.scene = scene
-        self.widths = list(widths)
-        self.stop_at = stop_at
-        self.moves = 0
-
-    def positions(self):
-        return dict(self.joints)
-
-    def follow(self, trajectory):
-        self.moves += 1
-        if self.stop_at == self.moves:
-            raise StoppedError("stopped on request")
-        here = np.array([self.joints[n] for n in trajectory.joint_names])
-        assert np.abs(here - trajectory.positions[0]).max() < 0.01, "a motion must start where the robot is"
-        self.joints |= dict(zip(trajectory.joint_names, trajectory.positions[-1], strict=True))
-
-    def grip(self, side, gap):
-        gap = max(gap, self.widths[0]) if gap < 0.045 else gap
-        for finger in ("left", "right"):
-            self.joints[f"gripper_{side}_{finger}_finger_joint"] = gap / 2
-        return gap
-
-    def look(self):
-        self.widths = self.widths[1:] or self.widths
-        return self.scene
 
 
 def run(widths, after=None, stop_at=None, primitive="put_in"):
@@ -321,10 +281,16 @@ def test_what_fell_beside_its_target_is_not_on_it():
 
 def test_what_slipped_out_of_a_doubtful_grasp_is_pushed():
     rng = np.random.default_rng(1)
-    task = make_task([detection("pan", dish_cloud(0.58, -0.2, 0.12, 0.045, rng))], "place", place=(0.6, -0.02))
+    task = make_task([detection("pan", dish_cloud(0.58, -0.2, 0.09, 0.04, rng))], "place", place=(0.6, -0.02))
     planner = PickPlacePlanner(robot(), CONFIG)
     first = planner.plan(task, start_positions())
     assert first.grasp is not None
     second = planner.plan(task, start_positions(), [first.grasp.pose])
     assert second.grasp is None
     assert second.motion[:2, 3] == pytest.approx([0.02, 0.18], abs=0.02)
+
+
+def test_what_is_too_heavy_for_a_pinch_of_its_edge_is_pushed_at_once():
+    rng = np.random.default_rng(1)
+    task = make_task([detection("pan", dish_cloud(0.58, -0.2, 0.12, 0.045, rng))], "place", place=(0.6, -0.02))
+    assert PickPlacePlanner(robot(), CONFIG).plan(task, start_positions()).grasp is None

@@ -18,19 +18,23 @@ from uncom_tiago_exec.exceptions import (
 )
 from uncom_tiago_exec.grasps import Grasp
 from uncom_tiago_exec.placing import Destination
+from uncom_tiago_exec.plan import Plan
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Side
 
 
-def same_grasp(a: FloatArray, b: FloatArray) -> bool:
-    """Tell whether two hand poses (4, 4) are nearer than 1.5 cm and 20 degrees."""
+def same_grasp(a: FloatArray, b: FloatArray, slack: float = 1.0) -> bool:
+    """Tell whether two hand poses (4, 4) are nearer than `slack` times 1.5 cm and 20 degrees."""
     turn = np.arccos(np.clip((np.trace(a[:3, :3].T @ b[:3, :3]) - 1.0) / 2.0, -1.0, 1.0))
-    return bool(np.linalg.norm(a[:3, 3] - b[:3, 3]) < 0.015 and turn < 0.35)
+    return bool(np.linalg.norm(a[:3, 3] - b[:3, 3]) < 0.015 * slack and turn < 0.35 * slack)
 
 
 def in_order(
-    arms: Mapping[Side, ArmPlanner], grasps: Sequence[Grasp], goal: Destination | None
+    arms: Mapping[Side, ArmPlanner], grasps: Sequence[Grasp], goal: Destination | None, like: Plan | None = None
 ) -> list[tuple[ArmPlanner, Grasp]]:
-    """Sort pairs of arm and grasp by worth: quality, arm on the right side, hand not turned back to the robot."""
+    """Sort pairs of arm and grasp by worth: quality, arm on the right side, hand not turned back to the robot.
+
+    Grasps like that of an earlier plan, made for nearly the same scene, come first.
+    """
     scored = []
     for side, arm in arms.items():
         sign = 1.0 if side == "left" else -1.0
@@ -44,6 +48,12 @@ def in_order(
             facing = 0.6 + 0.4 * float(np.cos(yaw - azimuth))
             steep = max(0.0, float(np.linalg.norm(at - shoulder)) - 0.7) * max(0.0, -float(grasp.approach[2]) - 0.7)
             scored.append((grasp.quality**1.5 * facing * np.exp(-crossing / 0.15) * np.exp(-8.0 * steep), arm, grasp))
+    known = like.grasp if like is not None else None
+    if like is not None and known is not None:
+        scored = [
+            (worth + (arm.side == like.side and same_grasp(grasp.pose, known.pose, 2.0)), arm, grasp)
+            for worth, arm, grasp in scored
+        ]
     scored.sort(key=lambda item: -item[0])
     return [(arm, grasp) for _, arm, grasp in scored]
 

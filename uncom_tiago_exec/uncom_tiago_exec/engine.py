@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,7 @@ from uncom_tiago_exec.exceptions import (
     ExecutionError,
     GraspFailedError,
     InCollisionError,
+    MisplacedError,
     MotionError,
     PlanningError,
     RefusedError,
@@ -30,12 +32,14 @@ from uncom_tiago_exec.pick_place import PLACING, PickPlacePlanner
 from uncom_tiago_exec.plan import Plan
 from uncom_tiago_exec.robot_interface import RobotInterface
 from uncom_tiago_exec.robot_model import RobotModel
-from uncom_tiago_exec.sightings import displaced, nearest
+from uncom_tiago_exec.sightings import found_again, nearest
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Outcome, Stage
-from uncom_tiago_exec.verification import verify
+from uncom_tiago_exec.verification import expected_place, verify
 
 _LOG = logging.getLogger(__name__)
 SUPPORTED = (*PLACING, "pick", "push", "give", "pour", "point")
+_DOUBTFUL = 0.2  # quality of a grasp below which it is worth a short drive to find a better one
+_SURER = 2.0  # times as good
 _OTHERWISE = (UnreachableError, InCollisionError, PlanningError)  # what can be done from elsewhere, perhaps
 
 
@@ -86,8 +90,8 @@ class Engine:
             if plan is not None:
                 self._hand.recover(plan, "my hand is empty; I go back to where I began")
             return self._run(task)
-        words = {*task.object_text.lower().split(), task.object.label.lower()}
-        if task.primitive not in PLACING or not (words & {*held.lower().split()} or not task.object_text):
+        words = {*task.object_text.lower().split(), task.object.label.lower()} & {*held.lower().split()}
+        if task.primitive not in PLACING or (task.object_text and not words):
             raise RefusedError(f"I hold the {held}; tell me first where to put it")
         self._hand.tell(Stage.PLANNING, f"looking for a place for the {held}", plan.side)
         placing = self._planner.plan_held(task, self._robot.positions(), plan)
@@ -100,9 +104,8 @@ class Engine:
         return self._check(task, placing)
 
     def _end(self, stage: Stage, text: str) -> Outcome:
-        before = self._hand.stage
+        end = stage if stage == Stage.DONE else self._hand.stage
         self._hand.tell(stage, text)
-        end = stage if stage == Stage.DONE else before
         return Outcome(stage == Stage.DONE, end, text, self._hand.in_hand, self._verification)
 
     def _run(self, task: ManipulationTask) -> str:
@@ -110,32 +113,46 @@ class Engine:
             raise RefusedError(f"I have not learned to {task.primitive.replace('_', ' ')} yet")
         self._under_way = None
         try:
-            return self._from_here(task)
+            plan = self._plan(task, [], 0)
+            surer = self._surer_from(task, plan)
+            return self._from_nearer(task, *surer) if surer is not None else self._from_here(task, plan)
         except _OTHERWISE as refusal:
             if self._hand.in_hand:
                 raise
             first = refusal
         ahead = self._reaching_from(task, 1)
         if ahead is not None:
-            return self._from_nearer(task, ahead)
+            return self._from_nearer(task, *ahead)
         return self._by_the_middle(task, first)
 
-    def _reaching_from(self, task: ManipulationTask, least: int = 0) -> float | None:
-        """Return how far to drive [m] so that a task can be done, as little as will do, or None; nothing moves."""
+    def _surer_from(self, task: ManipulationTask, plan: Plan) -> tuple[float, Plan] | None:
+        """Return how far to drive [m] for a much better grasp than a doubtful one, with it; nothing moves."""
+        grasp = plan.grasp
+        if grasp is None or grasp.quality > _DOUBTFUL or task.primitive not in PLACING:
+            return None
+        return self._reaching_from(
+            task, 1, lambda other: other.grasp is None or other.grasp.quality > _SURER * grasp.quality
+        )
+
+    def _reaching_from(
+        self, task: ManipulationTask, least: int = 0, good: Callable[[Plan], bool] = lambda _: True
+    ) -> tuple[float, Plan] | None:
+        """Return how far to drive [m] so that a good plan is found, as little as will do, with it; nothing moves."""
         room = room_ahead(task.table) if self._config.drive_base else 0.0
         for ahead in (0.0, *STEPS)[least:]:
             if ahead > room:
                 break
             try:
-                self._planner.plan(seen_from(task, ahead), self._robot.positions())
+                plan = self._planner.plan(seen_from(task, ahead), self._robot.positions())
             except ExecutionError as error:
                 _LOG.debug("from %.2f m nearer: %s", ahead, error)
-            else:
-                return ahead
+                continue
+            if good(plan):
+                return ahead, plan
         return None
 
-    def _from_nearer(self, task: ManipulationTask, ahead: float) -> str:
-        """Drive towards the table, do it there, and drive back.
+    def _from_nearer(self, task: ManipulationTask, ahead: float, like: Plan) -> str:
+        """Drive towards the table, do it there like the plan made for that, and drive back.
 
         Raises:
             MotionError: the base cannot be driven.
@@ -143,9 +160,10 @@ class Engine:
         self._hand.tell(Stage.APPROACHING, f"driving {ahead * 100:.0f} cm nearer")
         self._ahead = self._robot.drive(ahead)
         try:
-            return self._from_here(self._look_for(seen_from(task, self._ahead)))
+            near = self._look_for(seen_from(task, self._ahead))
+            return self._from_here(near, self._plan(near, [], 0, like))
         finally:
-            if not self._stopped():
+            if not isinstance(sys.exc_info()[1], StoppedError):
                 self._drive_back()
 
     def _drive_back(self) -> None:
@@ -169,41 +187,44 @@ class Engine:
                 _LOG.debug("not by way of %s: %s", np.round(place, 2), error)
                 continue
             rest = task if plan.motion is None else after_moving(task, plan.motion)
-            ahead = self._reaching_from(rest)
-            if ahead is not None:
+            then = self._reaching_from(rest)
+            if then is not None:
                 break
         else:
             raise refusal
         self._hand.tell(Stage.PLANNING, "first I bring it to the middle of the table", plan.side)
         self._from_here(half)
         seen = self._look_for(rest)
-        return self._from_nearer(seen, ahead) if ahead > 0.0 else self._from_here(seen)
+        ahead, like = then
+        return self._from_nearer(seen, ahead, like) if ahead > 0.0 else self._from_here(seen)
 
-    def _stopped(self) -> bool:
-        return isinstance(sys.exc_info()[1], StoppedError)
-
-    def _from_here(self, task: ManipulationTask) -> str:
+    def _from_here(self, task: ManipulationTask, ready: Plan | None = None) -> str:
+        """Do it, and again another way where that failed and the thing is seen again."""
         failed: list[FloatArray] = []
         for attempt in range(self._config.grasp_attempts):
-            plan = self._under_way = self._plan(task, failed, attempt)
+            plan = ready if ready is not None and attempt == 0 else self._plan(task, failed, attempt)
+            self._under_way = plan
             try:
-                self._hand.take(task, plan)
-                self._hand.carry(plan)
-                break
-            except MotionError:
-                self._hand.recover(plan)
-                raise
-            except GraspFailedError as error:
+                return self._carried_out(task, plan)
+            except (GraspFailedError, MisplacedError) as error:
                 if plan.grasp is not None:
                     failed.append(plan.grasp.pose)
-                if self._hand.stage == Stage.TRANSFERRING:
-                    self._hand.recover(plan, "I go back and look where it is")
-                else:
-                    self._hand.give_up_grasp(plan)
                 if attempt + 1 == self._config.grasp_attempts:
                     raise
+                found = self._seen_again(task, plan)
+                if found is None:
+                    raise
                 self._hand.tell(Stage.PLANNING, f"{error}; I try another way", plan.side)
-                task = self._look_for(task)
+                task = found
+        raise GraspFailedError("no attempt was made")
+
+    def _carried_out(self, task: ManipulationTask, plan: Plan) -> str:
+        """Carry out a plan.
+
+        Raises:
+            GraspFailedError, MisplacedError: it came to nothing; the arm is back and its hand empty.
+        """
+        self._take(task, plan)
         if task.primitive == "pick":
             return f"I hold the {self._hand.in_hand}"
         if task.primitive == "give":
@@ -217,32 +238,47 @@ class Engine:
             return f"that is the {task.object_text or task.object.label or 'object'}"
         return self._check(task, plan)
 
-    def _plan(self, task: ManipulationTask, failed: list[FloatArray], attempt: int) -> Plan:
+    def _take(self, task: ManipulationTask, plan: Plan) -> None:
+        """Take the thing and bring it over its place, or let it be and go back."""
+        try:
+            self._hand.take(task, plan)
+            self._hand.carry(plan)
+        except MotionError as error:
+            if self._hand.recover(plan) and not self._hand.in_hand:
+                raise GraspFailedError(str(error)) from error
+            raise
+        except GraspFailedError:
+            if self._hand.stage == Stage.TRANSFERRING:
+                self._hand.recover(plan, "I go back and look where it is")
+            else:
+                self._hand.give_up_grasp(plan)
+            raise
+
+    def _plan(self, task: ManipulationTask, failed: list[FloatArray], attempt: int, like: Plan | None = None) -> Plan:
         self._hand.tell(Stage.PLANNING, "looking for a grasp and a way")
-        plan = self._planner.plan(task, self._robot.positions(), failed)
-        data: dict[str, object] = {
-            "attempt": attempt + 1,
-            "planning_s": round(plan.planning_s, 4),
-            "timings_s": plan.timings_s,
-            "motion_s": round(plan.duration_s, 3),
-        }
-        if plan.grasp is not None:
-            data["grasp"] = {
-                "family": plan.grasp.family,
-                "quality": round(plan.grasp.quality, 3),
-                "width_m": round(plan.grasp.width, 4),
-                "opening_m": round(plan.grasp.opening, 4),
-                "pose": np.round(plan.grasp.pose, 4).tolist(),
-            }
+        plan = self._planner.plan(task, self._robot.positions(), failed, like)
+        data = {"attempt": attempt + 1, **plan.as_data()}
         self._hand.tell(Stage.PLANNING, f"planned in {plan.planning_s:.2f} s with the {plan.side} arm", plan.side, data)
         return plan
 
     def _look_for(self, task: ManipulationTask) -> ManipulationTask:
-        """Look again and follow the thing to where it is now."""
-        scene = self._robot.look()
-        thing = nearest(scene, task.object) or displaced(scene, task)
-        if thing is None:
+        """Look again and follow the thing to where it is now.
+
+        Raises:
+            GraspFailedError: it is not seen.
+        """
+        found = self._seen_again(task)
+        if found is None:
             raise GraspFailedError(f"I no longer see the {task.object_text or 'object'}")
+        return found
+
+    def _seen_again(self, task: ManipulationTask, plan: Plan | None = None) -> ManipulationTask | None:
+        """Look again; return the task with everything where it is now, or None if the thing is not seen."""
+        scene = self._robot.look()
+        place = None if plan is None else expected_place(plan)
+        thing = found_again(scene, task, place)
+        if thing is None:
+            return None
         target = nearest(scene, task.target) if task.target is not None else None
         return replace(
             task, object=thing, scene=scene.detections, table=scene.table or task.table, target=target or task.target
@@ -259,6 +295,6 @@ class Engine:
         self._verification = data
         self._hand.tell(Stage.VERIFYING, finding.text, plan.side, data)
         if not finding.success:
-            raise ExecutionError(finding.text)
+            raise MisplacedError(finding.text)
         moved = ", ".join(f"the {name} by {distance * 100:.0f} cm" for name, distance in finding.moved)
         return finding.text + (f"; I moved {moved}" if moved else "")

@@ -39,6 +39,10 @@ class GraspFailedError(ExecutionError):
     """The fingers closed on nothing, or the object slipped away."""
 
 
+class MisplacedError(ExecutionError):
+    """Looking again, the object is not where it was to be."""
+
+
 class MotionError(ExecutionError):
     """A controller refused, aborted or did not answer."""
 

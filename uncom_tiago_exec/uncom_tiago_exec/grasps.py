@@ -15,13 +15,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from uncom_tiago_exec.robot_model import GripperShape
-from uncom_tiago_exec.shapes import ObjectShape, thin
+from uncom_tiago_exec.shapes import VOXEL, ObjectShape, thin
 from uncom_tiago_exec.types import FloatArray
 
 PITCHES = (90.0, 75.0, 60.0, 48.0, 36.0)
 TIP_CLEARANCE = 0.004  # [m] between finger tips and table
 SIDE_CLEARANCE = 0.004  # [m] between an open finger and what it passes
 LOW_RIM = 0.028  # [m] a border lower than this leaves the fingers too little to hold the weight beside them
+_SHEET = 11.0  # [kg/m^2] of the surface of dishes: 4 to 5 mm of ceramic, 1.5 mm of steel
+_PRESS = 10.0  # [N] of one pad, for sure
 _PATCH = 0.004  # [m] points this near to the outermost count as touched
 
 
@@ -137,7 +139,7 @@ def _fit(
     quality = _quality(shape, span, gripper, hand, place, (low, high), tip)
     quality *= min(1.0, 0.75 + 6.0 * (opening - width))
     if family == "rim":
-        quality *= 0.85 * float(np.sin(hand.pitch)) ** 1.5 * _seen(shape, place)
+        quality *= 0.85 * float(np.sin(hand.pitch)) ** 1.5 * _seen(shape, place) * _bears(shape, place, tip)
     position = place + hand.closing * middle + hand.approach * (tip - gripper.tip)
     pose = np.eye(4)
     pose[:3, :3] = frame
@@ -153,6 +155,17 @@ def _seen(shape: ObjectShape, place: FloatArray) -> float:
     view = shape.middle[:2] / max(float(np.linalg.norm(shape.middle[:2])), 1e-6)
     outward = place[:2] - shape.middle[:2]
     return float(1.0 - 0.4 * max(0.0, float(outward @ view) / max(float(np.linalg.norm(outward)), 1e-6)))
+
+
+def _bears(shape: ObjectShape, place: FloatArray, depth: float) -> float:
+    """Return less than 1 where the weight beside the fingers would turn the thing out of them.
+
+    It is held level by one pad pressing at the edge and the other `depth` [m] below.
+    """
+    middle = shape.points.mean(axis=0)
+    weight = _SHEET * 9.81 * len(shape.points) * VOXEL**2
+    moment = weight * float(np.linalg.norm(place[:2] - middle[:2]))
+    return min(1.0, _PRESS * max(depth, 0.0) / max(moment, 1e-6)) ** 2
 
 
 def _opening(

@@ -19,7 +19,10 @@ from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage, Status, Trajectory
 
 _LOG = logging.getLogger(__name__)
-_SQUEEZE = 0.03  # [m] the fingers aim this much below what they hold; with 2 cm tolerance each they keep pressing
+_SQUEEZE = 0.03  # [m] the fingers aim this much below the width they expect; with 2 cm tolerance each they press on
+_HOLD = 0.016  # [m] and this much below what they hold: a finger pushed aside by half of it gives way no farther
+_STUCK = 0.01  # [m] fingers that open by this much less than told still hold what they had
+_UNSTICK = 3  # times they close and open again
 _EARLY = 0.035  # [m] what hangs lower than thought, for it turned between the fingers, rests this much earlier at most
 _SLIPPED = 0.014  # [m] fingers that close this much further have lost what was between them
 
@@ -87,14 +90,14 @@ class Performer:
                 self._grip(plan, step)
             if holding and step.stage == Stage.LIFTING:
                 # a finger that was held up by the table, not by the thing, closes now
-                self._robot.grip(plan.side, max(0.0, self._held_gap - _SQUEEZE))
+                self._robot.grip(plan.side, max(0.0, self._held_gap - _HOLD))
                 self._still_held(plan, what, "the {} slipped out of my fingers")
 
     def _close(self, plan: Plan, what: str) -> None:
         """Close on the thing, press, and tell from the gap whether anything is there."""
         width = plan.grasp.width if plan.grasp is not None else 0.0
         gap = self._robot.grip(plan.side, max(0.0, width - _SQUEEZE))
-        gap = self._robot.grip(plan.side, max(0.0, gap - _SQUEEZE))
+        gap = self._robot.grip(plan.side, max(0.0, gap - _HOLD))
         if gap < _empty_below(width):
             raise GraspFailedError(f"my fingers closed beside the {what}")
         self._held_gap = gap
@@ -140,10 +143,26 @@ class Performer:
                     self.follow(step.trajectory)
             elif step.stage == Stage.PLACING:
                 self._announce(step, plan)
-                self._grip(plan, step)
+                self._let_go(plan, step)
                 self.in_hand, self._released = "", True
             else:
                 self._grip(plan, step)
+
+    def _let_go(self, plan: Plan, step: GripStep) -> None:
+        """Open the fingers, again and again if something holds them: a pad may be wedged in a narrow opening.
+
+        Raises:
+            MotionError: they stay closed; what they hold would be torn away.
+        """
+        self._gripping = step
+        for attempt in range(_UNSTICK + 1):
+            gap = self._robot.grip(plan.side, step.gap)
+            if gap > step.gap - _STUCK:
+                self._gripping = None
+                return
+            if attempt < _UNSTICK:
+                self._robot.grip(plan.side, max(0.0, gap - _HOLD))
+        raise MotionError("my fingers do not open")
 
     def _lower(self, step: MoveStep, plan: Plan) -> bool:
         """Lower the thing; return False if it rests on something a little before the end.
@@ -188,9 +207,11 @@ class Performer:
             return
         if step.holding and plan.grasp is not None:
             step = GripStep(step.stage, plan.grasp.opening)
-        self._grip(plan, step)
         if step.stage == Stage.PLACING:
+            self._let_go(plan, step)
             self.in_hand, self._released = "", True
+        else:
+            self._grip(plan, step)
 
     def give_up_grasp(self, plan: Plan) -> None:
         """Open, and go the way back that was free on the way in."""

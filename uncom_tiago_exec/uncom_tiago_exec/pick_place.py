@@ -16,6 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from uncom_tiago_exec.arm_planner import TABLE_ONLY, ArmPlanner
+from uncom_tiago_exec.carrying import straight_over
 from uncom_tiago_exec.choosing import failure_of, in_order, refusal, same_grasp
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import (
@@ -46,6 +47,7 @@ from uncom_tiago_exec.types import SIDES, FloatArray, ManipulationTask, Side, St
 
 _LOG = logging.getLogger(__name__)
 _ENOUGH = 3  # grasps that work, to choose the quickest of
+_PLACES = 3  # ways to let go that work, to choose the nearest of
 _LIFTS = (0.12, 0.08, 0.05)
 _LOWERS = (0.1, 0.07, 0.04)
 _STEEP = -0.8  # least z of an approach direction for pouring
@@ -62,10 +64,17 @@ class PickPlacePlanner:
         self.robot = robot
         self.config = config
 
-    def plan(self, task: ManipulationTask, positions: Mapping[str, float], avoid: Sequence[FloatArray] = ()) -> Plan:
+    def plan(
+        self,
+        task: ManipulationTask,
+        positions: Mapping[str, float],
+        avoid: Sequence[FloatArray] = (),
+        like: Plan | None = None,
+    ) -> Plan:
         """Plan a task from the present joint positions and back to them.
 
         avoid holds hand poses (4, 4) that failed before: grasps nearer than 1.5 cm and 20 degrees are left out.
+        What is like the grasp of an earlier plan, one for nearly the same scene, is tried first.
 
         Raises:
             RefusedError: it cannot be done; the text says why (out of reach, in the way, no place, ...).
@@ -90,7 +99,7 @@ class PickPlacePlanner:
         if not grasps:
             raise RefusedError(f"I see no way to take hold of the {task.object_text or 'object'}")
         found_at = time.thread_time()
-        reaches = self._search(arms, grasps, goal, task)
+        reaches = self._search(in_order(arms, grasps, goal, like), goal, task)
         searched_at = time.thread_time()
         plan = self._connect(reaches, scene, task)
         timings = {
@@ -166,8 +175,7 @@ class PickPlacePlanner:
 
     def _search(
         self,
-        arms: Mapping[Side, ArmPlanner],
-        grasps: Sequence[Grasp],
+        ordered: Sequence[tuple[ArmPlanner, Grasp]],
         goal: Destination | None,
         task: ManipulationTask,
     ) -> list[Reach]:
@@ -175,15 +183,18 @@ class PickPlacePlanner:
         deadline = time.thread_time() + self.config.planning_time_s  # a busy machine gets the same search
         found: list[Reach] = []
         failures: Counter[str] = Counter()
-        ordered = in_order(arms, grasps, goal)
-        for effort in (0, 2):  # a quick look at all of them, then a thorough one
+        for effort in (0, 2):  # a quick look at different ones, then a thorough one at all of them
+            missed: list[tuple[Side, FloatArray]] = []
             for arm, grasp in ordered:
                 if time.thread_time() > deadline or len(found) >= _ENOUGH:
                     break
+                if effort == 0 and any(side == arm.side and same_grasp(grasp.pose, pose) for side, pose in missed):
+                    continue
                 try:
                     found.append(self._reach(arm, grasp, goal, effort))
                 except ExecutionError as error:
                     failures[failure_of(error)] += 1
+                    missed.append((arm.side, grasp.pose))
             if found:
                 break
         _LOG.debug("grasps that work: %d; others failed by %s", len(found), dict(failures))
@@ -213,21 +224,28 @@ class PickPlacePlanner:
         raise failure
 
     def _let_go(self, arm: ArmPlanner, grasp: Grasp, goal: Destination, taken: Reach, effort: int) -> Reach:
-        """Complete a reach by the first place option that works."""
+        """Complete a reach by the place option that is quickly got to, among the first few that work."""
         carrying = arm.carrying(grasp, goal.touches)
         gap = min(grasp.opening, grasp.width + 0.03)
         error: ExecutionError = UnreachableError("place")
-        for place in place_options(goal, arm.scene.moved, grasp, arm.group.gripper):
+        found: list[Reach] = []
+        for place in place_options(goal, arm.scene.moved, grasp, arm.group.gripper, coarse=effort == 0):
             try:
                 q = arm.solver.solutions(place.hand, [taken.lift[-1], arm.start], carrying, restarts=effort)[0]
                 lower = arm.lift_height(carrying, q, _LOWERS)[::-1]
+                over, lower = straight_over(arm, grasp, taken.lift[-1], carrying, lower)
                 leaving = arm.leaving(gap, place.motion, frozenset({arm.scene.moved.name}))
-                retreat = arm.straight(leaving, q, -max(grasp.retreat, 0.08) * place.hand[:3, 0])
-                return Reach(arm, grasp, taken.approach, taken.lift, place, lower, retreat, gap)
+                retreat = arm.straight(leaving, lower[-1], -max(grasp.retreat, 0.08) * place.hand[:3, 0])
+                found.append(Reach(arm, grasp, taken.approach, taken.lift, place, lower, retreat, gap, over))
             except UnreachableError:
                 continue
             except (InCollisionError, PlanningError) as err:
                 error = err
+                continue
+            if len(found) == _PLACES or found[-1].over is not None:
+                break
+        if found:
+            return min(found, key=Reach.hop)
         if isinstance(error, UnreachableError):
             raise UnreachableError("place")
         raise error
@@ -235,11 +253,11 @@ class PickPlacePlanner:
     def _connect(self, reaches: Sequence[Reach], scene: SceneModel, task: ManipulationTask) -> Plan:
         """Plan the free motions between the straight parts of the best reach, or of the next one."""
         error: ExecutionError = PlanningError("no grasp was found")
-        for reach in reaches:
+        for reach, strict in ((reach, strict) for strict in (True, False) for reach in reaches):
             try:
                 return Plan(
                     reach.arm.side,
-                    self._steps(reach, task),
+                    self._steps(reach, task, strict=strict),
                     scene,
                     reach.grasp,
                     reach.place.motion if reach.place else None,
@@ -248,7 +266,8 @@ class PickPlacePlanner:
                 error = err
         raise error
 
-    def _steps(self, reach: Reach, task: ManipulationTask) -> tuple[Step, ...]:
+    def _steps(self, reach: Reach, task: ManipulationTask, *, strict: bool) -> tuple[Step, ...]:
+        """Return a reach's steps; strict, only if the thing stays upright on its way."""
         taking = taking_steps(reach)
         if task.primitive == "give":
             return (*taking, *giving_steps(reach))
@@ -257,7 +276,7 @@ class PickPlacePlanner:
             pour = find_pour(reach.arm, reach.grasp, reach.lift[-1], *names)
             upright = replace(reach, lift=np.vstack([reach.lift[-1], pour.over[-1]]))
             return (*taking, *pouring_steps(reach, pour), *placing_steps(upright, reach.arm.start, reach.arm.start_gap))
-        return (*taking, *placing_steps(reach, reach.arm.start, reach.arm.start_gap))
+        return (*taking, *placing_steps(reach, reach.arm.start, reach.arm.start_gap, strict=strict))
 
     def plan_held(self, task: ManipulationTask, positions: Mapping[str, float], held: Plan) -> Plan:
         """Plan to set down what `held` has put into the hand, and to go to where that plan began.

@@ -17,6 +17,7 @@ from uncom_tiago_exec.types import FloatArray, ManipulationTask
 
 RELEASE_GAP = 0.002  # [m] between bottom and support when the fingers open
 _TURNS = np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120, 150, -150, 180])
+_COARSE = np.radians([0, 60, -60, 120, -120, 180])
 _TILTS = np.radians([0, 20, 40])
 INTO = ("put_in",)
 ONTO = ("put_on", "stack")
@@ -87,7 +88,9 @@ def _upon(moved: ObjectShape, target: ObjectShape) -> Destination:
     return Destination(target.middle[:2], target.top + RELEASE_GAP, touches)
 
 
-def place_options(goal: Destination, moved: ObjectShape, grasp: Grasp, gripper: GripperShape) -> list[Place]:
+def place_options(
+    goal: Destination, moved: ObjectShape, grasp: Grasp, gripper: GripperShape, *, coarse: bool = False
+) -> list[Place]:
     """Return hand poses that bring the thing there, turned about the vertical and tilted, least first.
 
     Only what falls into an opening, or is a ball, may be tilted; a hand that is less steep reaches further.
@@ -99,10 +102,12 @@ def place_options(goal: Destination, moved: ObjectShape, grasp: Grasp, gripper: 
     for tilt in tilts:
         if steep - tilt < np.radians(34.0):
             continue
-        options += [_place(goal, moved, grasp, gripper, float(turn), float(tilt)) for turn in _TURNS]
+        options += [
+            _place(goal, moved, grasp, gripper, float(turn), float(tilt)) for turn in (_COARSE if coarse else _TURNS)
+        ]
     if goal.room > 0.01:  # nearer to the robot is easier to reach
         nearer = replace(goal, xy=goal.xy * (1.0 - goal.room / float(np.linalg.norm(goal.xy))), room=0.0)
-        options += place_options(nearer, moved, grasp, gripper)
+        options += place_options(nearer, moved, grasp, gripper, coarse=coarse)
     return options
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from uncom_tiago_exec.grasps import Grasp
 from uncom_tiago_exec.scene_model import SceneModel
 from uncom_tiago_exec.types import FloatArray, Side, Stage, Trajectory
@@ -58,6 +60,23 @@ class Plan:
     def shortest_s(self) -> float:
         """Sum of the least times of the motions [s], each from rest to rest."""
         return sum(step.shortest_s for step in self.steps if isinstance(step, MoveStep))
+
+    def as_data(self) -> dict[str, object]:
+        """Return what is told of a plan: times [s] and the grasp [m]."""
+        data: dict[str, object] = {
+            "planning_s": round(self.planning_s, 4),
+            "timings_s": self.timings_s,
+            "motion_s": round(self.duration_s, 3),
+        }
+        if self.grasp is not None:
+            data["grasp"] = {
+                "family": self.grasp.family,
+                "quality": round(self.grasp.quality, 3),
+                "width_m": round(self.grasp.width, 4),
+                "opening_m": round(self.grasp.opening, 4),
+                "pose": np.round(self.grasp.pose, 4).tolist(),
+            }
+        return data
 
     @property
     def home(self) -> FloatArray:

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from uncom_tiago_exec.arm_planner import ArmPlanner
+from uncom_tiago_exec.carrying import carried
 from uncom_tiago_exec.cartesian import follow_poses
 from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError, RefusedError, UnreachableError
 from uncom_tiago_exec.grasps import Grasp
@@ -87,7 +88,7 @@ def find_pour(arm: ArmPlanner, grasp: Grasp, lifted: FloatArray, what: str, into
         for q in starts:
             try:
                 tilting = follow_poses(arm.solver, carrying, q, poses[1:])
-                return Pour(arm.transit(carrying, lifted, [q]), tilting)
+                return Pour(carried(arm, grasp, lifted, q), tilting)
             except (InCollisionError, PlanningError) as err:
                 error = err
     _LOG.debug("no pour: %s", error)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from uncom_tiago_exec.arm_planner import TABLE_ONLY, ArmPlanner
+from uncom_tiago_exec.carrying import carried
 from uncom_tiago_exec.collision import CollisionChecker
 from uncom_tiago_exec.grasps import Grasp
 from uncom_tiago_exec.placing import Place
@@ -32,6 +33,7 @@ class Reach:
     lower: FloatArray | None = None
     retreat: FloatArray | None = None
     release_gap: float = 0.0
+    over: FloatArray | None = None  # from the lifted thing to above its place, where a straight way leads there
 
     @property
     def carrying_pace(self) -> float:
@@ -40,6 +42,13 @@ class Reach:
         lever = abs(float(pads - self.arm.scene.moved.middle[2]))
         swing = 1.0 / (1.0 + 8.0 * max(0.0, lever - 0.03))
         return float(np.clip((0.35 + 0.7 * self.grasp.quality) * swing, 0.45, 0.9))
+
+    def hop(self) -> float:
+        """Rough time from the lifted thing to above its place [s]."""
+        if self.lower is None:
+            return 0.0
+        way = np.vstack([self.lift[-1], self.lower[0]]) if self.over is None else self.over
+        return float((np.abs(np.diff(way, axis=0)) / self.arm.limits.velocity).max(axis=1).sum())
 
     def cost(self) -> float:
         """Rough time of the free motions, dearer for doubtful grasps: what is lost costs more than a way [s]."""
@@ -86,13 +95,19 @@ def pouring_steps(reach: Reach, pour: Pour) -> tuple[Step, ...]:
     )
 
 
-def placing_steps(reach: Reach, home: FloatArray, gap: float) -> tuple[Step, ...]:
-    """Return the steps from the lifted thing to the arm at home (8,) with its fingers at a gap [m]."""
+def placing_steps(reach: Reach, home: FloatArray, gap: float, *, strict: bool = False) -> tuple[Step, ...]:
+    """Return the steps from the lifted thing to the arm at home (8,) with its fingers at a gap [m].
+
+    Raises:
+        PlanningError: there is no way to the place, or home; strict, none on which the thing stays upright.
+    """
     if reach.place is None or reach.lower is None or reach.retreat is None:
         return ()
     arm, grasp = reach.arm, reach.grasp
     carrying = arm.carrying(grasp, frozenset())
-    over = arm.transit(carrying, reach.lift[-1], [reach.lower[0]])
+    over = reach.over
+    if over is None:
+        over = carried(arm, grasp, reach.lift[-1], reach.lower[0], strict=strict)
     touches = frozenset({arm.scene.moved.name})
     leaving = arm.leaving(reach.release_gap, reach.place.motion, touches)
     away = arm.leaving(reach.release_gap, reach.place.motion, frozenset())

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from uncom_tiago_exec.arm_planner import TABLE_ONLY, ArmPlanner
+from uncom_tiago_exec.carrying import carried
 from uncom_tiago_exec.collision import CollisionChecker
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError, RefusedError
@@ -68,10 +69,19 @@ def _planned(arm: ArmPlanner, plan: Plan, here: FloatArray, left: Left) -> list[
     if not free.is_free(goal):
         free.relax_at(goal)
     try:
-        return [arm.timed(arm.transit(free, here, [goal]), free, _PACE)]
+        return [arm.timed(_way(arm, plan, left, free, here, goal), free, _PACE)]
     except InCollisionError:
         out, near = _way_out(arm, here, plan, left)
-        return [arm.timed(out, near, 0.4), arm.timed(arm.transit(free, out[-1], [goal]), free, _PACE)]
+        return [arm.timed(out, near, 0.4), arm.timed(_way(arm, plan, left, free, out[-1], goal), free, _PACE)]
+
+
+def _way(
+    arm: ArmPlanner, plan: Plan, left: Left, free: CollisionChecker, here: FloatArray, goal: FloatArray
+) -> FloatArray:
+    """Return a free way (N, 8) home, on which a held thing stays upright."""
+    if left.holding and plan.grasp is not None:
+        return carried(arm, plan.grasp, here, goal)
+    return arm.transit(free, here, [goal])
 
 
 def _checker(arm: ArmPlanner, plan: Plan, left: Left, *, near: bool) -> CollisionChecker:

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from uncom_tiago_exec.arm_planner import ArmPlanner
+from uncom_tiago_exec.carrying import carried
 from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError, UnreachableError
 from uncom_tiago_exec.grasps import Grasp
 from uncom_tiago_exec.scene_model import SceneModel
@@ -68,7 +69,7 @@ def held_out(arm: ArmPlanner, grasp: Grasp, lifted: FloatArray) -> FloatArray:
             pose[:3, 3] = ahead, aside * _sign(arm), arm.scene.table_z + above + arm.scene.moved.height / 2.0
             try:
                 goal = arm.solver.solutions(pose, [lifted, arm.start], carrying, restarts=0)[0]
-                return arm.transit(carrying, lifted, [goal])
+                return carried(arm, grasp, lifted, goal)
             except (UnreachableError, InCollisionError, PlanningError) as err:
                 error = err
     raise PlanningError("there is no room to hold that out to you") from error

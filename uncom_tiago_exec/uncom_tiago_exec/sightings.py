@@ -6,10 +6,11 @@ from __future__ import annotations
 import numpy as np
 from uncom_perception.types import Detection, Scene
 
-from uncom_tiago_exec.types import ManipulationTask
+from uncom_tiago_exec.types import FloatArray, ManipulationTask
 from uncom_tiago_exec.verification import extent, middle_of
 
 _FOLLOW_M = 0.12  # [m] after a failed grasp the thing is looked for this far around its last place
+_STILL = 0.03  # [m] a thing nearer than this to where it stood has not moved
 _LIKE_SIZE = 0.5  # of the logarithm of two sizes
 
 
@@ -23,15 +24,34 @@ def nearest(scene: Scene, thing: Detection) -> Detection | None:
     return seen[min(near)[1]]
 
 
-def displaced(scene: Scene, task: ManipulationTask) -> Detection | None:
-    """Return the thing of like size that stands where nothing stood before."""
+def found_again(scene: Scene, task: ManipulationTask, place: FloatArray | None = None) -> Detection | None:
+    """Return the thing to move in a new picture: of like size, and not one of the others where it was before.
+
+    It is rather near its old place, or the place (2,) it was to be brought to, than somewhere else.
+    """
     size = extent(task.object)
-    known = [middle_of(d) for d in task.scene if d.geometry is not None and d.id != task.object.id]
+    known = [(middle_of(d), extent(d)) for d in _others(task)]
+    homes = [middle_of(task.object), *([] if place is None else [place])]
     best: tuple[float, Detection] | None = None
     for seen in scene.detections:
-        if seen.geometry is None or any(np.linalg.norm(middle_of(seen) - old) < 0.03 for old in known):
+        if seen.geometry is None or any(_is_at(seen, *other) for other in known):
             continue
         misfit = abs(float(np.log(max(extent(seen), 1e-3) / max(size, 1e-3))))
-        if misfit < _LIKE_SIZE and (best is None or misfit < best[0]):
-            best = (misfit, seen)
+        away = min(float(np.linalg.norm(middle_of(seen) - home)) for home in homes)
+        if away > _FOLLOW_M and misfit > _LIKE_SIZE:
+            continue
+        if best is None or misfit + away / _FOLLOW_M < best[0]:
+            best = (misfit + away / _FOLLOW_M, seen)
     return best[1] if best else None
+
+
+def _others(task: ManipulationTask) -> list[Detection]:
+    """Return everything seen before but the thing to move."""
+    things = (*task.scene, *(() if task.target is None else (task.target,)))
+    return [d for d in things if d.geometry is not None and d.id != task.object.id]
+
+
+def _is_at(seen: Detection, place: FloatArray, size: float) -> bool:
+    """Tell whether something stands where another thing of like size stood."""
+    near = float(np.linalg.norm(middle_of(seen) - place)) < _STILL
+    return near and abs(float(np.log(max(extent(seen), 1e-3) / max(size, 1e-3)))) < _LIKE_SIZE

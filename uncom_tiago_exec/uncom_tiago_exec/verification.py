@@ -18,6 +18,8 @@ NEAR = 0.06  # [m] a thing this near to where it was expected is there
 MOVED = 0.02  # [m] bystanders may move this much
 _RISE = 0.01  # [m] what lies in an opening is at least this thick
 _SIDEWAYS = ("left_of", "right_of", "in_front_of", "behind")
+_CELL = 0.01  # [m] of a picture of heights seen from above
+_RESTS = 0.5  # share of a thing's upper side that is seen where it was to be
 _SAME = 0.10  # [m] a bystander is looked for this far around its old place
 
 
@@ -159,7 +161,23 @@ def _judged(task: ManipulationTask, plan: Plan, after: Scene) -> Finding:
             f"in the {task.target_text or 'opening'}" if inside else f"{min(error, 9.9) * 100:.1f} cm from its place"
         )
         return Finding(True, f"the {what} is {where}", error, moved)
+    if target is None and _upper_side_seen(plan, here) > _RESTS:  # seen as one with what it stands beside
+        return Finding(True, f"the {what} stands at its place", None, moved)
     return Finding(False, f"I do not see the {what} where I put it", error, moved)
+
+
+def _upper_side_seen(plan: Plan, seen: list[Detection]) -> float:
+    """Return which share of the moved thing's upper side is seen, at its height, where the plan brought it."""
+    if plan.motion is None or not seen:
+        return 0.0
+    placed = plan.scene.moved.points @ plan.motion[:3, :3].T + plan.motion[:3, 3]
+    cells = np.floor(placed[:, :2] / _CELL).astype(int)
+    _, index = np.unique(cells, axis=0, return_inverse=True)
+    tops = np.full(int(index.max()) + 1, -np.inf)
+    np.maximum.at(tops, index.ravel(), placed[:, 2])
+    upper = np.column_stack([(np.unique(cells, axis=0) + 0.5) * _CELL, tops])
+    away, _ = cKDTree(np.vstack([_cloud(d) for d in seen])).query(upper)
+    return float((np.asarray(away) < 1.5 * _CELL).mean())
 
 
 def _stands_on(plan: Plan, seen: list[Detection], goal: FloatArray) -> bool:

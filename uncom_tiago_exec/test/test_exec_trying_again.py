@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What goes wrong on the way is noticed and done again: held-up arms, jammed fingers, things that ended elsewhere."""
+
+import numpy as np
+import pytest
+from exec_fixtures import (
+    ObedientRobot,
+    ball_cloud,
+    bowl_cloud,
+    box_cloud,
+    cylinder_cloud,
+    lemon_and_bowl,
+    make_task,
+    robot,
+    start_positions,
+)
+from uncom_perception.types import Scene
+from uncom_sim.bench_planning_scenes import TABLE_Z, detection, flat_table
+from uncom_tiago_exec.arm_planner import ArmPlanner
+from uncom_tiago_exec.carrying import UprightChecker, lean
+from uncom_tiago_exec.config import ExecutionConfig
+from uncom_tiago_exec.engine import Engine
+from uncom_tiago_exec.exceptions import MotionError
+from uncom_tiago_exec.grasps import grasp_candidates
+from uncom_tiago_exec.pick_place import PickPlacePlanner
+from uncom_tiago_exec.plan import MoveStep
+from uncom_tiago_exec.shapes import complete
+from uncom_tiago_exec.sightings import found_again
+from uncom_tiago_exec.types import Stage
+from uncom_tiago_exec.verification import verify
+
+CONFIG = ExecutionConfig()
+
+
+def scene_of(*things):
+    return Scene(0.0, "base_footprint", things, flat_table(), (), "test")
+
+
+def lemon_at(x, y, z=0.0, seed=1):
+    return detection("lemon", ball_cloud(x, y, 0.027, np.random.default_rng(seed)) + np.array([0.0, 0.0, z]))
+
+
+class LookingOn(ObedientRobot):
+    """Shows one scene after the other, the last one from then on."""
+
+    def __init__(self, scenes, widths):
+        super().__init__(scenes[0], widths)
+        self.scenes = list(scenes)
+
+    def look(self):
+        self.scene = self.scenes.pop(0) if self.scenes else self.scene
+        return self.scene
+
+
+def test_a_held_thing_is_carried_upright():
+    for seed, start, goal in ((0, 0.28, (0.6, 0.02)), (1, 0.05, (0.55, 0.3)), (2, -0.25, (0.62, 0.0))):
+        rng = np.random.default_rng(seed)
+        can = detection("can", cylinder_cloud(0.6, start, 0.033, 0.12, rng))
+        box = detection("box", box_cloud(0.72, 0.14, 0.3, np.array([0.1, 0.08, 0.2]), rng))
+        task = make_task([can, box], "place", place=goal)
+        plan = PickPlacePlanner(robot(), CONFIG).plan(task, start_positions())
+        arm = ArmPlanner(robot(), plan.side, start_positions(), plan.scene, CONFIG)
+        carried = [s for s in plan.steps if isinstance(s, MoveStep) and s.stage in (Stage.LIFTING, Stage.TRANSFERRING)]
+        assert carried
+        leans = [lean(arm, plan.grasp, q) for s in carried for q in s.trajectory.positions]
+        assert max(leans) < np.radians(55.0)
+
+
+def test_the_limit_of_leaning_holds_for_states_and_for_ways_between_them():
+    rng = np.random.default_rng(0)
+    task = make_task([detection("can", cylinder_cloud(0.6, 0.1, 0.033, 0.12, rng))], "pick")
+    plan = PickPlacePlanner(robot(), CONFIG).plan(task, start_positions())
+    arm = ArmPlanner(robot(), plan.side, start_positions(), plan.scene, CONFIG)
+    free = arm.carrying(plan.grasp, frozenset())
+    upright = UprightChecker(free, plan.grasp, np.radians(30.0))
+    here = next(s.trajectory.positions[-1] for s in plan.steps if s.stage == Stage.LIFTING)
+    wrist = np.zeros(8)
+    wrist[6] = 1.0
+    states = [here + turn * wrist for turn in np.linspace(-0.8, 0.8, 9)]
+    kept = [lean(arm, plan.grasp, q) <= np.radians(30.0) for q in states]
+    assert any(kept)
+    assert not all(kept)
+    for q, is_kept in zip(states, kept, strict=True):
+        assert upright.is_free(q) == (is_kept and free.is_free(q))
+    ends = states[0], states[-1]
+    assert not upright.way_is_free(*ends)
+    assert not upright.path_is_free(np.vstack(ends))
+    assert upright.way_is_free(here, here)
+
+
+def test_an_arm_held_up_on_its_way_to_the_thing_goes_back_and_tries_another_way():
+    class HeldUp(ObedientRobot):
+        def follow(self, trajectory):
+            super().follow(trajectory)
+            if self.moves == 2:
+                raise MotionError("arm_left_controller gave up: path tolerance")
+
+    things = lemon_and_bowl(np.random.default_rng(0))
+    told = []
+    machine = HeldUp(scene_of(*things), [0.05])
+    outcome = Engine(robot(), machine, ExecutionConfig(verify=False), told.append).execute(
+        make_task(things, "put_in", target="bowl")
+    )
+    assert outcome.success, outcome.reason
+    poses = [s.data["grasp"]["pose"] for s in told if "grasp" in s.data]
+    assert len(poses) == 2
+    assert not np.allclose(poses[0], poses[1], atol=0.01)
+
+
+def test_what_ended_elsewhere_is_looked_for_and_brought_to_its_place():
+    things = lemon_and_bowl(np.random.default_rng(0))
+    beside = scene_of(lemon_at(0.62, 0.06), *things[1:])
+    there = scene_of(lemon_at(0.48, 0.12), *things[1:])
+    told = []
+    machine = LookingOn([beside, beside, there], [0.05])
+    task = make_task(things, "place", place=(0.48, 0.12))
+    outcome = Engine(robot(), machine, CONFIG, told.append).execute(task)
+    assert outcome.success, outcome.reason
+    assert [s.data["attempt"] for s in told if "attempt" in s.data] == [1, 2]
+    second = [s.data["grasp"]["pose"] for s in told if "grasp" in s.data][1]
+    assert np.hypot(second[0][3] - 0.62, second[1][3] - 0.06) < 0.16
+
+
+def test_a_thing_that_is_gone_is_not_mistaken_for_its_neighbour():
+    rng = np.random.default_rng(3)
+    lemon, orange = lemon_at(0.6, 0.2), detection("orange", ball_cloud(0.6, 0.29, 0.03, rng))
+    task = make_task([lemon, orange], "pick")
+    assert found_again(scene_of(orange), task) is None
+    rolled = lemon_at(0.7, 0.05)
+    assert found_again(scene_of(orange, rolled), task) is rolled
+    pushed = detection("orange", ball_cloud(0.6, 0.3, 0.03, np.random.default_rng(4)))
+    assert found_again(scene_of(pushed, rolled), task) is rolled
+
+
+class Jammed(ObedientRobot):
+    """Its fingers do not open from what they hold before they have pressed `jams` times more."""
+
+    def __init__(self, scene, widths, jams):
+        super().__init__(scene, widths)
+        self.jams = jams
+        self.holding = False
+
+    def grip(self, side, gap):
+        if self.holding and gap > self.widths[0]:
+            if self.jams > 0:
+                return super().grip(side, 0.0)
+            self.holding = False
+        if gap < self.widths[0]:
+            self.jams -= self.holding
+            self.holding = True
+        return super().grip(side, gap)
+
+
+@pytest.mark.parametrize("jams", [3, 50])
+def test_fingers_that_are_jammed_close_and_open_again_and_never_tear_the_thing_away(jams):
+    things = lemon_and_bowl(np.random.default_rng(0))
+    machine = Jammed(scene_of(lemon_at(0.6, -0.08, 0.01), *things[1:]), [0.05], jams)
+    outcome = Engine(robot(), machine, CONFIG, lambda _: None).execute(make_task(things, "put_in", target="bowl"))
+    assert outcome.success == (jams < 10)
+    assert outcome.in_hand == ("" if jams < 10 else "lemon")
+    if jams > 10:
+        assert "fingers do not open" in outcome.reason
+
+
+def test_a_wide_dish_is_rather_held_beside_its_handle():
+    rng = np.random.default_rng(5)
+    pan = bowl_cloud(0.6, 0.0, 0.11, 0.045, rng)
+    angle = np.pi / 2.0
+    handle = box_cloud(0.6, 0.19, angle, np.array([0.16, 0.025, 0.015]), rng) + np.array([0.0, 0.0, 0.025])
+    shape = complete("pan", np.vstack([pan, handle]), TABLE_Z)
+    assert shape.rim is not None
+    best = [g for g in grasp_candidates(shape, np.zeros((0, 3)), robot().gripper("left")) if g.family == "rim"][:4]
+    sides = [float((g.pose[:3, 3] + robot().gripper("left").tip * g.approach)[1]) for g in best]
+    assert min(sides) > -0.06
+
+
+def test_two_things_seen_as_one_do_not_hide_that_the_thing_stands_at_its_place():
+    rng = np.random.default_rng(7)
+    box = detection("box", box_cloud(0.6, 0.25, 0.0, np.array([0.16, 0.06, 0.16]), rng))
+    mug = detection("mug", cylinder_cloud(0.6, -0.15, 0.04, 0.09, rng))
+    task = make_task([box, mug], "place", place=(0.6, 0.03))
+    plan = PickPlacePlanner(robot(), CONFIG).plan(task, start_positions())
+    motion = plan.motion
+    cloud = np.asarray(box.geometry.cloud, dtype=float) @ motion[:3, :3].T + motion[:3, 3]
+    both = detection("box", np.vstack([cloud, np.asarray(mug.geometry.cloud, dtype=float)]))
+    assert verify(task, plan, scene_of(both)).success
+    assert not verify(task, plan, scene_of(mug)).success
