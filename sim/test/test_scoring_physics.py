@@ -104,3 +104,14 @@ def test_things_are_found_by_place_and_empty_places_are_empty():
 def test_a_goal_that_names_a_stranger_is_refused():
     with pytest.raises(SceneError, match="no object 'cup' to judge; objects are: lemon"):
         _judge(Meaning("cup", "none"), LEMON)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.9, 1.7, 2.6])
+def test_what_has_tipped_over_lies_on_the_table_however_it_leans(tilt):
+    pear = _state("pear", "pear", 0.6, -0.2, 0.0, tilt)
+    corners = np.concatenate(model("pear", natural_colour("pear")).hulls)
+    down = float((corners @ pear.pose[2, :3]).min())
+    goal = Meaning("pear", "area", None, (0.6, -0.2))
+    for lift, lies in ((0.0, True), (0.05, False)):
+        there = _state("pear", "pear", 0.6, -0.2, TABLE.height - down + lift, tilt)
+        assert _judge(goal, there, before=(_state("pear", "pear", 0.6, 0.2),)).success is lies

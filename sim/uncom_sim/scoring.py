@@ -121,7 +121,9 @@ def _inside(thing: ObjectState, target: ObjectState, over_rim_m: float = -0.003)
     place = target.pose[:3, :3].T @ (thing.position - target.position)
     away = float(np.hypot(place[0] - opening.centre[0], place[1] - opening.centre[1]))
     # what leans in a bowl reaches down by its thinnest side; what stands on a plate by half its height
-    half = max(float(np.min(thing.size)) / 2.0, _half_height(thing) if over_rim_m > 0.0 else 0.0)
+    half = max(
+        float(np.min(thing.size)) / 2.0, float(thing.position[2]) - _heights(thing)[0] if over_rim_m > 0.0 else 0.0
+    )
     above = float(place[2]) - half - opening.rim_z
     if away > opening.radius or above > over_rim_m:
         return False, f"{thing.id} is not in {target.id}: {away:.2f} m from its middle"
@@ -133,9 +135,7 @@ def _on_top(thing: ObjectState, target: ObjectState) -> tuple[bool, str]:
     if shape.opening is not None:
         held, reason = _inside(thing, target, over_rim_m=0.03)
         return held, reason.replace(" in ", " on ")
-    half = _half_height(thing)
-    rests_at = float(thing.position[2]) - half
-    top = float(target.position[2]) + _half_height(target)
+    rests_at, top = _heights(thing)[0], _heights(target)[1]
     over = bool(_outline(target).buffer(0.01).contains(shapely.Point(*thing.position[:2])))
     if not over or abs(rests_at - top) > 0.03:
         return False, f"{thing.id} is not on {target.id}"
@@ -168,14 +168,13 @@ def _in_area(thing: ObjectState, area: Point2 | None, table: Table) -> tuple[boo
 
 
 def _stands_on(thing: ObjectState, table: Table) -> bool:
-    rests_at = float(thing.position[2]) - _half_height(thing)
-    return table.contains(*map(float, thing.position[:2])) and abs(rests_at - table.height) < 0.02
+    return table.contains(*map(float, thing.position[:2])) and abs(_heights(thing)[0] - table.height) < 0.02
 
 
-def _half_height(state: ObjectState) -> float:
-    """Half the extent along the vertical of the box around a thing as it lies now [m]."""
-    bounds = model(state.kind, state.colour).bounds
-    return float(np.abs(state.pose[2, :3]) @ (bounds[1] - bounds[0]) / 2.0)
+def _heights(state: ObjectState) -> tuple[float, float]:
+    """Heights of the lowest and the highest point of a thing as it lies now [m]."""
+    heights = np.concatenate(model(state.kind, state.colour).hulls) @ state.pose[2, :3] + state.position[2]
+    return float(heights.min()), float(heights.max())
 
 
 def _outline(state: ObjectState) -> shapely.Polygon:
