@@ -17,6 +17,7 @@ from uncom_common.transforms import apply
 from uncom_language.types import Reference, Span
 from uncom_perception.types import Hand, HandsFrame, PointingRay
 
+from uncom_reasoner.ray_tracks import tracks_of
 from uncom_reasoner.types import Dwell, FloatArray, PhraseRay, RayInSpace, RayObservation
 from uncom_reasoner.weights import Weights
 
@@ -69,8 +70,7 @@ def _observation(
 def dwells_of(observations: Sequence[RayObservation], weights: Weights) -> tuple[Dwell, ...]:
     """Cut the rays of each hand into stretches of pointing one way and fuse each."""
     dwells: list[Dwell] = []
-    for hand in sorted({o.hand for o in observations}):
-        track = [o for o in observations if o.hand == hand]
+    for track in tracks_of(observations):
         still = _stillness(track, weights.still_speed)
         looks = [look for part in _split(track) for look in _looks(part, track, still)]
         dwells.extend(_fuse([track[i] for i in look], [still[i] for i in look], weights) for look in looks)
