@@ -22,12 +22,14 @@ from uncom_tiago_exec.planning import JointPlanner, PlannerOptions
 from uncom_tiago_exec.robot_model import ArmGroup, RobotModel
 from uncom_tiago_exec.types import SIDES, FloatArray, Obstacle
 
+from uncom_sim.bench_planning_peers import IkProblem, Problem, ratios, run_peers
 from uncom_sim.bench_planning_scenes import TABLE_Z, pick_and_place, tabletop_solids
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.robot.names import home_positions
 
 _PLAN_LIMIT_S = 1.0
 _CHECKS = 2000
+_INSET = 0.0041  # [rad] that our own limits are inside those of the description, which others use
 _ROUNDS = 3  # of what takes under a millisecond; the least counts, for others who use the machine only add to it
 LIGHT = PlannerOptions(rounds=1)
 FULL = PlannerOptions(rounds=20, gain=0.01)  # until nothing is gained
@@ -48,20 +50,44 @@ def run_benchmark(seed: int, poses: int, plans: int, say: Callable[[str], None])
     result["whole"] = whole_plans(robot, start, plans, seed)
     say(f"whole: {result['whole']}")
     result["shelf"] = single_plans(list(shelf_problems(robot, start, seed)), LIGHT)
-    result["peers"] = {}  # none is compared in this version
+    say(f"shelf: {result['shelf']}")
+    result["peers"] = peers(robot, start, problems, poses, seed)
+    result["ratios"] = ratios(result, result["peers"])
+    say(f"ours as a multiple of: {result['ratios']}")
     return {**result, "seed": seed, "clock": "processor time of one thread"}
+
+
+def peers(robot: RobotModel, start: dict[str, float], problems: list[Problem], poses: int, seed: int) -> dict[str, Any]:
+    """Give the same problems to other libraries."""
+    groups = {side: robot.group(side, start) for side in SIDES}
+    return run_peers(
+        ik_problems(robot, start, poses, seed),
+        lambda problem, q: _reaches(groups["left" if problem.side == "left" else "right"], q, problem.target, _INSET),
+        problems,
+        check_states(robot, start, seed),
+        start,
+    )
+
+
+def ik_problems(robot: RobotModel, start: dict[str, float], count: int, seed: int) -> list[IkProblem]:
+    """Return poses that some configuration has, and other random configurations to begin at."""
+    rng = np.random.default_rng([seed, 1])
+    groups = [robot.group(side, start) for side in SIDES]
+    found = []
+    for i in range(count):
+        group = groups[i % 2]
+        target = group.forward(rng.uniform(group.lower, group.upper))
+        found.append(IkProblem(group.side, target, rng.uniform(group.lower, group.upper)))
+    return found
 
 
 def inverse_kinematics(robot: RobotModel, start: dict[str, float], count: int, seed: int) -> dict[str, float]:
     """Solve poses that some configuration has, from other random configurations."""
-    rng = np.random.default_rng([seed, 1])
     times, solved = [], 0
-    groups = [robot.group(side, start) for side in SIDES]
-    solvers = [IkSolver(group, seed) for group in groups]
-    for i in range(count):
-        group, solver = groups[i % 2], solvers[i % 2]
-        target = group.forward(rng.uniform(group.lower, group.upper))
-        near = rng.uniform(group.lower, group.upper)
+    groups = {side: robot.group(side, start) for side in SIDES}
+    solvers = {side: IkSolver(group, seed) for side, group in groups.items()}
+    for side, target, near in ik_problems(robot, start, count, seed):
+        group, solver = groups["left" if side == "left" else "right"], solvers["left" if side == "left" else "right"]
         q, spent = None, []
         for _ in range(_ROUNDS):
             began = time.thread_time()
@@ -73,11 +99,11 @@ def inverse_kinematics(robot: RobotModel, start: dict[str, float], count: int, s
     return {"success": solved / count, **_percentiles(times)}
 
 
-def _reaches(group: ArmGroup, q: FloatArray, target: FloatArray) -> bool:
-    """Tell whether a configuration is within 1 mm and 0.01 rad of a pose, inside the limits."""
+def _reaches(group: ArmGroup, q: FloatArray, target: FloatArray, beyond: float = 1e-9) -> bool:
+    """Tell whether a configuration is within 1 mm and 0.01 rad of a pose, and at most so far beyond the limits."""
     error = np.linalg.inv(group.forward(q)) @ target
     angle = float(np.arccos(np.clip((np.trace(error[:3, :3]) - 1.0) / 2.0, -1.0, 1.0)))
-    inside = bool((q >= group.lower - 1e-9).all() and (q <= group.upper + 1e-9).all())
+    inside = bool((q >= group.lower - beyond).all() and (q <= group.upper + beyond).all())
     return inside and float(np.linalg.norm(error[:3, 3])) < 1e-3 and angle < 0.01
 
 
@@ -92,12 +118,7 @@ def _percentiles(milliseconds: list[float]) -> dict[str, float]:
 
 def check_time_us(robot: RobotModel, start: dict[str, float], seed: int) -> float:
     """Return the time of one state check [us] in a cluttered scene, over states between tuck and table."""
-    rng = np.random.default_rng([seed, 2])
-    group = robot.group("left", start)
-    checker = CollisionChecker(group, tabletop_solids(rng, 6))
-    home = group.clamp(group.vector(start))
-    states = [q for q in home + rng.normal(scale=0.35, size=(4 * _CHECKS, 8)) if checker.is_free(group.clamp(q))]
-    states = [group.clamp(q) for q in states[:_CHECKS]]
+    (checker, *_), states = check_states(robot, start, seed)
     spent = []
     for _ in range(_ROUNDS):
         began = time.thread_time()
@@ -107,9 +128,17 @@ def check_time_us(robot: RobotModel, start: dict[str, float], seed: int) -> floa
     return min(spent)
 
 
-def single_problems(
-    robot: RobotModel, start: dict[str, float], count: int, seed: int
-) -> Iterator[tuple[CollisionChecker, FloatArray, FloatArray]]:
+def check_states(robot: RobotModel, start: dict[str, float], seed: int) -> tuple[Problem, list[FloatArray]]:
+    """Return a cluttered scene and free states (8,) between tuck and table."""
+    rng = np.random.default_rng([seed, 2])
+    group, solids = robot.group("left", start), tabletop_solids(rng, 6)
+    checker = CollisionChecker(group, solids)
+    home = group.clamp(group.vector(start))
+    states = [q for q in group.clamp(home + rng.normal(scale=0.35, size=(4 * _CHECKS, 8))) if checker.is_free(q)]
+    return Problem(checker, home, home, solids), states[:_CHECKS]
+
+
+def single_problems(robot: RobotModel, start: dict[str, float], count: int, seed: int) -> Iterator[Problem]:
     """Yield checker, start and goal: from tuck to above the table; the straight way there is not free."""
     rng = np.random.default_rng([seed, 3])
     made = 0
@@ -117,7 +146,8 @@ def single_problems(
         side = SIDES[made % 2]
         group = robot.group(side, start)
         home = group.clamp(group.vector(start))
-        checker = _checker(group, tabletop_solids(rng, int(rng.integers(6, 13))), home)
+        solids = tabletop_solids(rng, int(rng.integers(6, 13)))
+        checker = _checker(group, solids, home)
         solver = IkSolver(group, seed)
         for _ in range(20):
             try:
@@ -127,7 +157,7 @@ def single_problems(
             if checker.path_is_free(np.vstack([home, goal])):
                 continue
             made += 1
-            yield checker, home, goal
+            yield Problem(checker, home, goal, solids)
             break
 
 
@@ -155,9 +185,7 @@ def _hand(position: tuple[float, float, float], pitch: float, yaw: float) -> Flo
     return pose
 
 
-def shelf_problems(
-    robot: RobotModel, start: dict[str, float], seed: int
-) -> Iterator[tuple[CollisionChecker, FloatArray, FloatArray]]:
+def shelf_problems(robot: RobotModel, start: dict[str, float], seed: int) -> Iterator[Problem]:
     """Yield ways of the left hand between two boards and two walls that stand on the table."""
     rng = np.random.default_rng([seed, 4])
     group = robot.group("left", start)
@@ -165,22 +193,21 @@ def shelf_problems(
     boards += [((0.72, -0.06, TABLE_Z + 0.21), (0.3, 0.02, 0.42)), ((0.88, 0.25, TABLE_Z + 0.21), (0.02, 0.6, 0.42))]
     solids = tuple(Obstacle("shelf", "box", size, upright(np.array(at), 0.0)) for at, size in boards)
     home = group.clamp(group.vector(start))
-    checker = _checker(group, (*tabletop_solids(rng, 0), *solids), home)
+    solids = (*tabletop_solids(rng, 0), *solids)
+    checker = _checker(group, solids, home)
     solver = IkSolver(group, seed)
     for _ in range(10):
         pose = _hand((rng.uniform(0.56, 0.62), rng.uniform(0.12, 0.38), TABLE_Z + rng.uniform(0.14, 0.24)), 0.1, 0.0)
         try:
-            yield checker, home, solver.solutions(pose, [home], checker)[0]
+            yield Problem(checker, home, solver.solutions(pose, [home], checker)[0], solids)
         except ExecutionError:
             continue
 
 
-def single_plans(
-    problems: list[tuple[CollisionChecker, FloatArray, FloatArray]], options: PlannerOptions
-) -> dict[str, float]:
+def single_plans(problems: list[Problem], options: PlannerOptions) -> dict[str, float]:
     """Plan each problem; a success takes at most 1 s and ends at the goal."""
     times, solved, colliding = [], 0, 0
-    for checker, home, goal in problems:
+    for checker, home, goal, _ in problems:
         began = time.thread_time()
         try:
             path = JointPlanner(checker, options).plan(home, [goal])
@@ -232,5 +259,10 @@ def table(result: dict[str, Any]) -> str:
             f"states in collision when looked at again: {plan['recheck_colliding'] + full['recheck_colliding']}",
             f"whole pick-and-place: {whole['success']:.1%}, median {whole['median_s']:.2f} s",
             f"its motion: {whole['motion_median_s']:.1f} s, {whole['motion_over_bound']} of the lower bound",
+            *(
+                f"of {name}'s time: {times['ik']} for poses, {times['check']} for checks, {times['plan']} for plans"
+                for name, times in result["ratios"].items()
+            ),
+            *(f"{name}: {why}" for name, why in result["peers"].items() if isinstance(why, str)),
         ]
     )
