@@ -192,3 +192,15 @@ def test_colour_naming_agrees_with_opencv_lab():
     lab = cv2.cvtColor(np.full((1, 1, 3), 0.5, np.float32), cv2.COLOR_RGB2LAB)
     assert abs(lab[0, 0, 1]) < 0.5
     assert abs(lab[0, 0, 2]) < 0.5
+
+
+def test_a_cereal_box_is_a_box_where_there_is_no_other(matcher):
+    """Beside a plain box "the box" is the plain one."""
+    tall = Shape(0.19, 0.06, 0.28, 3.0, 1.45, 0.4, 0.95, 0.0, 0.0, 0.0, 0.0, 0.9, 1.0, 1.0)
+    plain = replace(tall, length=0.12, width=0.09, height=0.07, elongation=1.33, flatness=0.58)
+    cereal, box, ball = (matcher.describe(s, {"red": 1.0}, 0.1) for s in (tall, plain, BALL))
+    alone, none = matcher.match("the red box", [ball, cereal])
+    assert alone.argmax() == 1
+    assert none < 0.8
+    both, _ = matcher.match("the red box", [cereal, box])
+    assert both[1] > 5.0 * both[0]

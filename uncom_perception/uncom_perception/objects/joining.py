@@ -71,13 +71,16 @@ def parted_labels(surfaces: Surfaces, labels: LabelImage, origin: npt.NDArray[np
     large = sizes >= _FRAGMENT_PIXELS
     parted = (origin[:, None] == origin[None]) & large[:, None] & large[None]
     np.fill_diagonal(parted, False)
+    parted[0] = parted[:, 0] = False
+    if not parted.any():
+        return np.asarray(parted)
     colours = _label_colours(surfaces, labels)
     clouds: dict[int, npt.NDArray[np.float32]] = {}
     for i, j in np.argwhere(np.triu(parted)).tolist():
-        if i > 0 and not alike_colours(colours[i - 1], colours[j - 1]):
+        if not alike_colours(colours[i - 1], colours[j - 1]):
             continue
         one, other = (clouds.setdefault(k, surfaces.ground_points[labels == k]) for k in (i, j))
-        parted[i, j] = parted[j, i] = i > 0 and not _may_be_hollow(one, other)
+        parted[i, j] = parted[j, i] = not _may_be_hollow(one, other)
     return np.asarray(parted)
 
 
@@ -112,11 +115,16 @@ def join_fragments(surfaces: Surfaces, labels: LabelImage, parted: Mask) -> tupl
     level = np.bincount(place, weights=flat[:, 2]) / np.bincount(place)
     contacts = _contacts(pairs // (count + 1), pairs % (count + 1), level, width, count)
     groups = _Groups(parted)
-    order = np.argwhere(np.triu(contacts) >= 2)
+    order = np.argwhere(np.triu(contacts) >= 4)
+    small = np.concatenate([[True], sizes < _FRAGMENT_PIXELS])
     for i, j in sorted(order.tolist(), key=lambda pair: -int(contacts[pair[0], pair[1]])):
-        small = min(sizes[i - 1], sizes[j - 1]) < _FRAGMENT_PIXELS
-        if small or (alike_colours(colours[i - 1], colours[j - 1]) and contacts[i, j] >= 4):
+        if not (small[i] or small[j]) and alike_colours(colours[i - 1], colours[j - 1]):
             groups.join(i, j)
+    # A fragment belongs to one thing; it is no bridge between two.
+    for i in (np.flatnonzero(small[1:]) + 1).tolist():
+        nearest = int(contacts[i].argmax())
+        if contacts[i, nearest] >= 2:
+            groups.join(i, nearest)
     return groups.renumbered(labels)
 
 

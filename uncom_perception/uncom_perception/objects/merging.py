@@ -8,6 +8,7 @@ their whole border, so that a border that noise blurs in one place does not join
 from __future__ import annotations
 
 import heapq
+import math
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +27,7 @@ _SOFT = 0.3  # of folds: what lies so far beyond the limit counts fully
 _MOST_AGAINST = -1.5
 _COLOUR_WEIGHT = 0.02  # of the order in which groups are joined
 _TIMES_NOISE = 1.5
+_NECK, _NECK_ALIKE = 0.3, 0.12  # of a thing's width: what joins it to another must be wider than this
 _BRIDGE = 0.15  # weight of a pixel's border in a narrow bridge
 
 
@@ -71,15 +73,23 @@ def evidence(patches: Patches, a: Numbers, b: Numbers) -> tuple[Array, Array]:
     return np.clip((fold + limit) / _SOFT, _MOST_AGAINST, 1.0), colour
 
 
-def merged(count: int, a: Numbers, b: Numbers, length: Array, score: Array, colour: Array) -> Numbers:
-    """Return the group of each of a number of patches (N,): pairs whose common border speaks for one thing, joined."""
+def merged(patches: Patches, a: Numbers, b: Numbers, length: Array, score: Array, colour: Array) -> Numbers:
+    """Return the group of each patch (N,): pairs whose common border speaks for one thing joined."""
+    count = len(patches.size)
     parent = np.arange(count)
+    size = patches.size.tolist()
     links: list[dict[int, tuple[float, float, float]]] = [{} for _ in range(count)]
     heap: list[tuple[float, int, int, float]] = []
 
-    def push(i: int, j: int) -> None:
+    def wide(i: int, j: int) -> bool:
+        # Large things that only a narrow neck joins touch by chance, the more so if they differ in colour there.
         total, for_one, unlike = links[i][j]
-        if for_one > 0.0:
+        neck = _NECK if unlike > _ALIKE * total else _NECK_ALIKE
+        return for_one > neck * math.sqrt(min(size[i], size[j]))
+
+    def push(i: int, j: int) -> None:
+        if wide(i, j):
+            total, for_one, unlike = links[i][j]
             rank = for_one - _COLOUR_WEIGHT * min(unlike / total, 25.0) * total
             heapq.heappush(heap, (-rank, min(i, j), max(i, j), total))
 
@@ -90,9 +100,12 @@ def merged(count: int, a: Numbers, b: Numbers, length: Array, score: Array, colo
         _, i, j, total = heapq.heappop(heap)
         if parent[i] != i or parent[j] != j or j not in links[i] or links[i][j][0] != total:
             continue
+        if not wide(i, j):
+            continue
         if len(links[i]) < len(links[j]):
             i, j = j, i
         parent[j] = i
+        size[i] += size[j]
         del links[i][j]
         for k, link in links[j].items():
             if k == i:
@@ -100,11 +113,8 @@ def merged(count: int, a: Numbers, b: Numbers, length: Array, score: Array, colo
             del links[k][j]
             old = links[i].get(k, (0.0, 0.0, 0.0))
             links[i][k] = links[k][i] = (old[0] + link[0], old[1] + link[1], old[2] + link[2])
-            push(i, k)
+            push(i, k)  # what did not change only grew narrower, beside larger things
         links[j] = {}
-    for i in range(count):
-        root = i
-        while parent[root] != root:
-            root = int(parent[root])
-        parent[i] = root
+    while (parent[parent] != parent).any():
+        parent = parent[parent]
     return parent

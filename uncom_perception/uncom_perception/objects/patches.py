@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,10 +15,10 @@ Array = npt.NDArray[np.float64]
 FloatImage = npt.NDArray[np.float32]
 Index = npt.NDArray[np.int32]
 
-_SPACING = 6  # pixels between patches
+_LEAST_SPACING = 6  # pixels between patches
 _COLOUR = 14.0  # [Lab] as far as one spacing is in space
 _SLOPE = 0.55  # between unit normals, likewise
-_ROUNDS = 2
+_MOST = 220  # about so many patches of one surface; those of large ones are wider
 _MIN_POINTS = 6
 
 
@@ -39,7 +40,7 @@ class Patches:
 
 
 def patches_of(points: FloatImage, normals: FloatImage, lab: FloatImage, own: Mask, pixel_m: float) -> Patches:
-    """Cut a surface (a mask (H, W) of known points) into patches about _SPACING pixels wide.
+    """Cut a surface (a mask (H, W) of known points) into patches about _LEAST_SPACING pixels wide or more.
 
     Args:
         points: (H, W, 3) [m].
@@ -50,26 +51,26 @@ def patches_of(points: FloatImage, normals: FloatImage, lab: FloatImage, own: Ma
     """
     v, u = np.nonzero(own)
     weight = np.array([0.5, 1.0, 1.0], np.float32) / np.float32(_COLOUR)
-    place = points[v, u] / np.float32(_SPACING * pixel_m)
+    spacing = max(_LEAST_SPACING, round(math.sqrt(len(v) / _MOST)))
+    place = points[v, u] / np.float32(spacing * pixel_m)
     features = np.concatenate([place, normals[v, u] / np.float32(_SLOPE), lab[v, u] * weight], axis=1)
-    row, column = v // _SPACING, u // _SPACING
+    row, column = v // spacing, u // spacing
     table = np.full((int(row.max()) + 3, int(column.max()) + 3), -1, np.int32)
     cell = (row + 1) * table.shape[1] + column + 1
     used, chosen = np.unique(cell, return_inverse=True)
     table.ravel()[used] = np.arange(len(used))
-    around = [dv * table.shape[1] + du for dv in (-1, 0, 1) for du in (-1, 0, 1)]
-    for _ in range(_ROUNDS):
-        count = np.maximum(np.bincount(chosen, minlength=len(used)), 1)
-        sums = [np.bincount(chosen, weights=features[:, k], minlength=len(used)) for k in range(9)]
-        middle = (np.column_stack(sums) / count[:, None]).astype(np.float32)
-        best = np.full(len(v), np.inf, np.float32)
-        for step in around:
-            candidate = table.ravel()[cell + step]
-            rest = features - middle[candidate]
-            distance = np.einsum("ij,ij->i", rest, rest)
-            distance[candidate < 0] = np.inf
-            closer = distance < best
-            best[closer], chosen[closer] = distance[closer], candidate[closer]
+    around = (0, -1, 1, -table.shape[1], table.shape[1])
+    count = np.maximum(np.bincount(chosen, minlength=len(used)), 1)
+    sums = [np.bincount(chosen, weights=features[:, k], minlength=len(used)) for k in range(9)]
+    middle = (np.column_stack(sums) / count[:, None]).astype(np.float32)
+    best = np.full(len(v), np.inf, np.float32)
+    for step in around:
+        candidate = table.ravel()[cell + step]
+        rest = features - middle[candidate]
+        distance = np.einsum("ij,ij->i", rest, rest)
+        distance[candidate < 0] = np.inf
+        closer = distance < best
+        best[closer], chosen[closer] = distance[closer], candidate[closer]
     numbers = np.unique(chosen, return_inverse=True)[1].reshape(-1) + 1
     index = np.zeros(own.shape, np.int32)
     index[v, u] = numbers

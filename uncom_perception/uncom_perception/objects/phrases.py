@@ -33,6 +33,8 @@ _RANKS: dict[str, tuple[str, int]] = {
 _IRREGULAR = {"smallest": "small", "littlest": "little", "tiniest": "tiny"}
 _SURE_DESCRIPTION = 0.6
 _TRUST_DESCRIPTION = 0.9
+_TRUST_KIND = 0.4
+_HARDLY_ANY = 0.12
 _UNKNOWN_FIT = 0.3  # for a noun that the lexicon does not know: weak, the same for all
 
 
@@ -126,13 +128,21 @@ class PhraseMatcher:
         """Return for each thing (N,) how well a phrase fits it by itself, 0 to 1; ranks look at the others too."""
         phrase = self.parse(text)
         fit = np.array([self._noun_fit(phrase, thing) * thing.certainty for thing in things])
+        fit *= self._adjective_fits(phrase, things)
+        if fit.max(initial=0.0) < _HARDLY_ANY:  # nothing is plainly called so: a cereal box is a box, too
+            kinds = np.array([self._kind_fit(phrase, thing) * thing.certainty for thing in things])
+            fit = np.maximum(fit, kinds * self._adjective_fits(phrase, things))
+        for measure, sign, strength in phrase.ranks:
+            fit = _ranked(fit, things, measure, sign, strength)
+        return fit
+
+    def _adjective_fits(self, phrase: Phrase, things: Sequence[Thing]) -> FloatArray:
+        fit = np.ones(len(things))
         for i, thing in enumerate(things):
             for colour in phrase.colours:
                 fit[i] *= max(colour_probability(dict(thing.colours), colour), 0.01)
             for shape in phrase.shapes:
                 fit[i] *= max(_SHAPE_WORDS[shape](thing.shape), 0.05) if thing.shape is not None else 0.5
-        for measure, sign, strength in phrase.ranks:
-            fit = _ranked(fit, things, measure, sign, strength)
         return fit
 
     def match(self, text: str, things: Sequence[Thing]) -> tuple[FloatArray, float]:
@@ -149,22 +159,39 @@ class PhraseMatcher:
             return _UNKNOWN_FIT if phrase.unknown_noun else 0.9
         if isinstance(phrase.noun, ThingClass):
             return 0.95 if phrase.noun.all_things else self._class_fit(phrase.noun, thing)
-        index = self._likelihoods.names.index(phrase.noun.name)
-        own = float(thing.nouns[index])
-        # Who says the word means such a thing: the best other word for it speaks against it, at half weight.
-        other = max(float(np.delete(thing.nouns, index).max(initial=-50.0)), 0.0)
-        relative = 1.0 / (
-            1.0 + 0.5 * math.exp(float(np.clip(other - own, -30.0, 30.0))) + 0.1 * math.exp(min(30.0, -own))
-        )
+        names = self._likelihoods.names
+        index = names.index(phrase.noun.name)
+        relative = _against_others(thing.nouns, index, [index])
         # What users describe means what they describe, whatever else it may be called.
         described = _TRUST_DESCRIPTION * float(thing.described[index]) if phrase.noun.own else 0.0
         return max(relative, described)
+
+    def _kinds(self, noun: Noun) -> list[int]:
+        """Return the nouns that are kinds of another by their names, as a cereal box is of a box."""
+        return [i for i, name in enumerate(self._likelihoods.names) if name.endswith(f" {noun.name}")]
+
+    def _kind_fit(self, phrase: Phrase, thing: Thing) -> float:
+        """Return how well a thing fits some kind of what a phrase names."""
+        if not isinstance(phrase.noun, Noun):
+            return 0.0
+        own = [self._likelihoods.names.index(phrase.noun.name), *self._kinds(phrase.noun)]
+        return _TRUST_KIND * max((_against_others(thing.nouns, kind, own) for kind in own[1:]), default=0.0)
 
     def _class_fit(self, kind: ThingClass, thing: Thing) -> float:
         top = max(0.0, float(thing.nouns.max()))
         weights = np.exp(thing.nouns - top)
         member = [kind.name in self._lexicon.nouns[name].is_a for name in self._likelihoods.names]
         return float(weights[member].sum() / (weights.sum() + math.exp(-top)))
+
+
+def _against_others(nouns: FloatArray, index: int, own: Sequence[int]) -> float:
+    """Return how well a noun fits by the log likelihood ratios of all (N,): the best one not its own speaks against it.
+
+    It does so at half weight, as who says the word means such a thing.
+    """
+    mine = float(nouns[index])
+    other = max(float(np.delete(nouns, own).max(initial=-50.0)), 0.0)
+    return 1.0 / (1.0 + 0.5 * math.exp(float(np.clip(other - mine, -30.0, 30.0))) + 0.1 * math.exp(min(30.0, -mine)))
 
 
 def _between(value: float, low: float, high: float) -> float:

@@ -23,6 +23,9 @@ _MIN_PATCH = 220  # pixels that a thing has at least
 _MIN_SHARE = 0.04  # of the surface
 _SMALL_TOP_M = 0.045  # narrower things on top of others are their caps and lids
 _STRIDE = 2
+_SPARSE = 4
+_EVEN, _EVEN_SHARE = 8.0, 0.92  # of a and b in Lab, and the share of pixels within it
+_SOLID = 0.93  # share of its convex outline in the image above which a surface is convex
 
 
 def split_touching(surfaces: Surfaces, labels: LabelImage) -> tuple[LabelImage, npt.NDArray[np.int32]]:
@@ -30,14 +33,29 @@ def split_touching(surfaces: Surfaces, labels: LabelImage) -> tuple[LabelImage, 
     result = labels.copy()
     for label, box in label_boxes(labels).items():
         own = labels[box] == label
-        if np.count_nonzero(own) < _MIN_PIXELS:
+        part = surfaces.cut(box)
+        if np.count_nonzero(own) < _MIN_PIXELS or _plainly_one(part, own):
             continue
-        groups = _groups(surfaces.cut(box), own)
+        groups = _groups(part, own)
         if groups.max() > 1:
             result[box][own] = int(result.max()) + groups[own]
     origin = np.zeros(int(result.max()) + 1, np.int32)
     origin[result.ravel()] = labels.ravel()
     return result, origin
+
+
+def _plainly_one(part: Surfaces, own: Mask) -> bool:
+    """Whether a surface has one colour and a convex outline in the image, as hardly any two things together have."""
+    some = own[::_SPARSE, ::_SPARSE]
+    lab = part.lab[::_SPARSE, ::_SPARSE, 1:][some]
+    if len(lab) == 0:
+        return False
+    off = np.abs(lab - np.median(lab, axis=0)).max(axis=1)
+    if float((off < _EVEN).mean()) < _EVEN_SHARE:
+        return False
+    contours = cv2.findContours(np.ascontiguousarray(own).view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[0]
+    hull = cv2.convexHull(np.concatenate(contours))
+    return float(np.count_nonzero(own)) > _SOLID * float(cv2.contourArea(hull))
 
 
 def _groups(part: Surfaces, own: Mask) -> LabelImage:
@@ -54,7 +72,7 @@ def _groups(part: Surfaces, own: Mask) -> LabelImage:
     if len(a) == 0:
         return own.astype(np.int32)
     score, colour = evidence(patches, a, b)
-    group = merged(len(patches.size), a, b, length, score, colour)
+    group = merged(patches, a, b, length, score, colour)
     least = max(_MIN_PATCH, _MIN_SHARE * float(np.count_nonzero(own))) / _STRIDE**2
     group = _without_scraps(group, patches.size, (a, b, length), least)
     group = _with_fittings(group, patches, points, (a, b))

@@ -28,6 +28,7 @@ from uncom_perception.types import Geometry, HandsFrame, Mask, Scene, TableSurfa
 
 _HIDDEN_IN_THINGS = 0.6
 _SURE_PIXELS = 300
+_BLURRED_MOST = 0.5
 
 
 class TabletopDetector(ObjectDetector):
@@ -91,12 +92,13 @@ class TabletopDetector(ObjectDetector):
         bases = support_heights([cloud for _, cloud in seen], hulls)
         gain = exposure(image_rgb)
         found = []
+        blurred = min(_BLURRED_MOST, max(0.0, (ground.plane.sigma_m - 0.001) / 0.002))
         for (mask, cloud), hull, base in zip(seen, hulls, bases, strict=True):
             shape = measure(cloud - np.array([0.0, 0.0, base], np.float32), viewer - np.array([0.0, 0.0, base]), hull)
             size = math.sqrt(shape.length * max(shape.width, shape.height))
             colours = name_colours(_surface_pixels(image_rgb, mask), gain)
             # What lies in a thing is partly hidden by it, and may lean.
-            hidden = max(hidden_share(mask, view.depth), _HIDDEN_IN_THINGS if base > 0.0 else 0.0)
+            hidden = max(hidden_share(mask, view.depth), _HIDDEN_IN_THINGS if base > 0.0 else 0.0, blurred)
             thing = self._matcher.describe(shape, colours, size, hidden, _certainty(mask))
             found.append((mask, geometry(cloud, ground, base, hull), thing))
         return view.surface, found
