@@ -82,6 +82,7 @@ def test_the_graph_of_nodes_answers_as_the_chain_does_on_a_takes_bag(worker, tmp
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(3600)
 def test_the_graph_of_nodes_answers_as_the_chain_does_on_twelve_takes_misses_among_them(worker, tmp_path):
     plans = [*plan_takes(3, takes=9), *(hard_to_see(p) for p in plan_takes(3, (6, 15, 17), takes=4))]
     misses = 0
@@ -93,6 +94,7 @@ def test_the_graph_of_nodes_answers_as_the_chain_does_on_twelve_takes_misses_amo
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(3600)
 def test_results_depend_on_neither_jobs_nor_order_nor_the_cache(cache, tmp_path):
     tasks = benchmark.tasks_of(plan_takes(3, takes=4))
     runs = []
@@ -104,6 +106,7 @@ def test_results_depend_on_neither_jobs_nor_order_nor_the_cache(cache, tmp_path)
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(3600)
 def test_a_run_leaves_its_report_and_one_that_was_interrupted_goes_on(cache, tmp_path, monkeypatch):
     options = benchmark.BenchmarkOptions(3, (7,), None, 1, tmp_path, cache, variants=False)
     first = benchmark.run_benchmark(options)

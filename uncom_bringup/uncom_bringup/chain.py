@@ -10,15 +10,16 @@ from __future__ import annotations
 
 import dataclasses
 import time
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from uncom_common.exceptions import UncomError
-from uncom_language.back_ends import patience_of, recognizer_of, understanding_of
-from uncom_language.speech.listener import Listener, ListenerOptions
+from uncom_language.back_ends import recognizer_of, understanding_of
 from uncom_language.types import Act, Command, Transcript
 from uncom_perception.hands.backends import load_hand_detectors, make_gesture_reader
+from uncom_perception.hands.bridge import HandBridge
 from uncom_perception.objects.backends import detector_of
 from uncom_perception.objects.tracking import ObjectTracker
 from uncom_perception.segmentation.backends import segmenter_of
@@ -35,12 +36,8 @@ from uncom_reasoner.weights import Weights, load_weights
 from uncom_reasoner.wording import refusal
 
 from uncom_bringup.chain_config import ChainConfig
+from uncom_bringup.chain_hearing import Attention, Heard, hear
 from uncom_bringup.chain_recording import Recording, Rgb
-
-_CHUNK_S = 0.05  # as the robot's audio driver sends it
-_PORTION_S = 10.0
-_QUIET_S = 1.0
-_PATIENCE_S = 600.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,39 +95,34 @@ class Chain:
             self._recognizer.backend, self._understanding.backend, self.config.gesture.backend, self._detector.name,
         )  # fmt: skip
 
-    def hear(self, recording: Recording) -> tuple[Transcript, ...]:
-        """Return what is said, an utterance each; their ids count from 1."""
-        speech, heard = self.config.speech, list[Transcript]()
-        options = ListenerOptions(speech.endpointer(), "utterance", speech.backlog_s, patience_of(speech))
-        listener = Listener(lambda: self._recognizer, heard.append, lambda _: None, options)
-        rate = recording.sample_rate
-        quiet = np.zeros(round(_QUIET_S * rate), np.int16)
-        sound = np.concatenate([recording.samples, quiet])  # so that the last word has its end
-        listener.start()
-        try:
-            for first in range(0, len(sound), round(_CHUNK_S * rate)):
-                # Never more than may wait, so that nothing is dropped, however slow the machine is.
-                if first % round(_PORTION_S * rate) == 0:
-                    listener.wait_until_idle(_PATIENCE_S)
-                chunk = sound[first : first + round(_CHUNK_S * rate)]
-                listener.feed(chunk, rate, recording.sound_start_s + first / rate)
-            listener.wait_until_idle(_PATIENCE_S)
-        finally:
-            listener.stop()
-        return tuple(heard)
+    def hear(self, recording: Recording) -> Heard:
+        """Return what is said, an utterance each, and when that makes the eyes attentive."""
+        return hear(self._recognizer, self.config.speech, self.config.gesture.attention_s, recording)
 
     def parse(self, transcript: Transcript) -> tuple[Command, ...]:
         """Return the commands of one utterance."""
         return self._understanding.understand(transcript)
 
-    def watch(self, recording: Recording, until_s: float = float("inf")) -> tuple[HandsFrame, ...]:
-        """Return the hands of every image up to the first one at or after a time [s]."""
-        reader = make_gesture_reader(self.config.gesture, self._hand_detectors)
+    def watch(
+        self, recording: Recording, until_s: float = float("inf"), attention: Sequence[Attention] = ()
+    ) -> tuple[HandsFrame, ...]:
+        """Return the hands of every image up to the first one at or after a time [s].
+
+        Args:
+            recording: with the images.
+            until_s: when to end.
+            attention: what is heard meanwhile.
+        """
+        config, waiting = self.config.gesture, deque(attention)
+        reader, bridge = make_gesture_reader(config, self._hand_detectors), HandBridge(config.bridge_s)
         seen: list[HandsFrame] = []
         for frame in recording.frames():
-            depth = frame.depth if self.config.gesture.use_depth else None
-            seen.append(reader.read(frame.rgb, frame.stamp_s, recording.camera_frame, depth, recording.camera))
-            if frame.stamp_s >= until_s:
+            while waiting and waiting[0].at_s <= frame.stamp_s:
+                reader.expect(waiting.popleft().until_s)
+            depth = frame.depth if config.use_depth else None
+            hands = reader.read(frame.rgb, frame.stamp_s, recording.camera_frame, depth, recording.camera)
+            seen.extend(bridge.add(hands))
+            if seen and seen[-1].stamp_s >= until_s:
                 break
         return tuple(seen)
 
@@ -222,18 +214,18 @@ class Chain:
         """
         clock = _Clock()
         start = time.process_time()
-        transcripts = self.hear(recording)
+        heard = self.hear(recording)
         clock.add("speech", start)
         start = time.process_time()
-        commands = tuple(command for transcript in transcripts for command in self.parse(transcript))
+        commands = tuple(command for transcript in heard.transcripts for command in self.parse(transcript))
         clock.add("language", start)
         wanted = [self.needed_until_s(c) for c in commands if c.act is Act.COMMAND]
         start = time.process_time()
         until_s = max([watch_until_s, *wanted])
-        hands = self.watch(recording, until_s) if np.isfinite(until_s) else ()
+        hands = self.watch(recording, until_s, heard.attention) if np.isfinite(until_s) else ()
         clock.add("hands", start)
         groundings = self.ground_all(recording, commands, hands, clock=clock)
-        return ChainResult(transcripts, commands, hands, groundings, clock.spent)
+        return ChainResult(heard.transcripts, commands, hands, groundings, clock.spent)
 
     def ground_all(
         self,

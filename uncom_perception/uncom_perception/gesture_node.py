@@ -20,11 +20,11 @@ from uncom_interfaces.msg import Hands, SpeechStatus, Transcript
 from uncom_perception.config import GestureConfig
 from uncom_perception.conversions import hands_to_msg
 from uncom_perception.frames import FrameQueue
+from uncom_perception.hands.attention import expected_after_speech, expected_after_words
 from uncom_perception.hands.backends import make_gesture_reader
 from uncom_perception.hands.bridge import HandBridge
 
 #: Words with which people point; while they are heard, a hand is looked for more closely.
-DEICTIC_WORDS = frozenset(("this", "that", "these", "those", "here", "there"))
 
 _CAMERA = "/head_front_camera"
 
@@ -67,11 +67,15 @@ class GestureNode(ConfiguredNode[GestureConfig]):
 
     def _on_speech(self, msg: SpeechStatus) -> None:
         if msg.state == SpeechStatus.SPEECH:
-            self._reader.expect(seconds_from_msg(msg.header.stamp) + self.config.attention_s)
+            self._expect(expected_after_speech(seconds_from_msg(msg.header.stamp), self.config.attention_s))
 
     def _on_words(self, msg: Transcript) -> None:
-        if any(word.text.lower() in DEICTIC_WORDS for word in msg.words):
-            self._reader.expect(seconds_from_msg(msg.header.stamp) + 2.0 * self.config.attention_s)
+        words = (word.text for word in msg.words)
+        self._expect(expected_after_words(words, seconds_from_msg(msg.header.stamp), self.config.attention_s))
+
+    def _expect(self, until_s: float) -> None:
+        if until_s > float("-inf"):
+            self._reader.expect(until_s)
 
     def _on_settle(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Tell whether all images that came were examined.
