@@ -7,8 +7,8 @@ Runs in a thread of its own and blocks there; it knows the robot only through Ro
 from __future__ import annotations
 
 import logging
-import sys
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -25,8 +25,9 @@ from uncom_tiago_exec.exceptions import (
     StoppedError,
     UnreachableError,
 )
+from uncom_tiago_exec.from_nearer import FromNearer
 from uncom_tiago_exec.midway import after_moving, middle_places, to_middle
-from uncom_tiago_exec.nearer import STEPS, room_ahead, seen_from
+from uncom_tiago_exec.nearer import seen_from
 from uncom_tiago_exec.performing import Performer, Report
 from uncom_tiago_exec.pick_place import PLACING, PickPlacePlanner
 from uncom_tiago_exec.plan import Plan
@@ -38,8 +39,6 @@ from uncom_tiago_exec.verification import expected_place, verify
 
 _LOG = logging.getLogger(__name__)
 SUPPORTED = (*PLACING, "pick", "push", "give", "pour", "point")
-_DOUBTFUL = 0.2  # quality of a grasp below which it is worth a short drive to find a better one
-_SURER = 2.0  # times as good
 _OTHERWISE = (UnreachableError, InCollisionError, PlanningError)  # what can be done from elsewhere, perhaps
 
 
@@ -51,6 +50,7 @@ class Engine:
         self.model = model
         self._planner = PickPlacePlanner(model, config)
         self._robot = robot
+        self._nearer = FromNearer(self._planner, robot, config)
         self._config = config
         self._hand = Performer(model, robot, config, report)
         self._ahead = 0.0  # [m] the base has been driven on
@@ -60,9 +60,9 @@ class Engine:
 
     def execute(self, task: ManipulationTask) -> Outcome:
         """Carry out a task; every stage is reported, the last one is DONE, FAILED or STOPPED."""
-        self._hand.stage = Stage.IDLE
-        self._verification = {}
+        self._hand.stage, self._verification = Stage.IDLE, {}
         try:
+            task = seen_from(task, -self._ahead)  # it was seen from where the base was stopped
             self._finish_what_was_stopped()
             text = self._place_held(task) if self._hand.in_hand else self._run(task)
         except StoppedError as error:
@@ -94,6 +94,17 @@ class Engine:
         if task.primitive not in PLACING or (task.object_text and not words):
             raise RefusedError(f"I hold the {held}; tell me first where to put it")
         self._hand.tell(Stage.PLANNING, f"looking for a place for the {held}", plan.side)
+        try:
+            return self._set_down(task, plan)
+        except _OTHERWISE:
+            ahead = self._nearer.for_held(task, plan) if self._hand.in_hand else None
+            if ahead is None:
+                raise
+        with self._driven(ahead):
+            return self._set_down(seen_from(task, self._ahead), plan)
+
+    def _set_down(self, task: ManipulationTask, plan: Plan) -> str:
+        """Bring what a plan has put into the hand to its place."""
         placing = self._planner.plan_held(task, self._robot.positions(), plan)
         try:
             self._hand.carry(placing)
@@ -114,42 +125,16 @@ class Engine:
         self._under_way = None
         try:
             plan = self._plan(task, [], 0)
-            surer = self._surer_from(task, plan)
+            surer = self._nearer.surer(task, plan) if task.primitive in PLACING else None
             return self._from_nearer(task, *surer) if surer is not None else self._from_here(task, plan)
         except _OTHERWISE as refusal:
             if self._hand.in_hand:
                 raise
             first = refusal
-        ahead = self._reaching_from(task, 1)
+        ahead = self._nearer.reaching(task, 1)
         if ahead is not None:
             return self._from_nearer(task, *ahead)
         return self._by_the_middle(task, first)
-
-    def _surer_from(self, task: ManipulationTask, plan: Plan) -> tuple[float, Plan] | None:
-        """Return how far to drive [m] for a much better grasp than a doubtful one, with it; nothing moves."""
-        grasp = plan.grasp
-        if grasp is None or grasp.quality > _DOUBTFUL or task.primitive not in PLACING:
-            return None
-        return self._reaching_from(
-            task, 1, lambda other: other.grasp is None or other.grasp.quality > _SURER * grasp.quality
-        )
-
-    def _reaching_from(
-        self, task: ManipulationTask, least: int = 0, good: Callable[[Plan], bool] = lambda _: True
-    ) -> tuple[float, Plan] | None:
-        """Return how far to drive [m] so that a good plan is found, as little as will do, with it; nothing moves."""
-        room = room_ahead(task.table) if self._config.drive_base else 0.0
-        for ahead in (0.0, *STEPS)[least:]:
-            if ahead > room:
-                break
-            try:
-                plan = self._planner.plan(seen_from(task, ahead), self._robot.positions())
-            except ExecutionError as error:
-                _LOG.debug("from %.2f m nearer: %s", ahead, error)
-                continue
-            if good(plan):
-                return ahead, plan
-        return None
 
     def _from_nearer(self, task: ManipulationTask, ahead: float, like: Plan) -> str:
         """Drive towards the table, do it there like the plan made for that, and drive back.
@@ -157,14 +142,22 @@ class Engine:
         Raises:
             MotionError: the base cannot be driven.
         """
+        with self._driven(ahead):
+            near = self._look_for(seen_from(task, self._ahead))
+            return self._from_here(near, self._plan(near, [], 0, like))
+
+    @contextmanager
+    def _driven(self, ahead: float) -> Iterator[None]:
+        """Drive nearer by a distance [m], and back at the end; after a stop the next command does that."""
         self._hand.tell(Stage.APPROACHING, f"driving {ahead * 100:.0f} cm nearer")
         self._ahead = self._robot.drive(ahead)
         try:
-            near = self._look_for(seen_from(task, self._ahead))
-            return self._from_here(near, self._plan(near, [], 0, like))
-        finally:
-            if not isinstance(sys.exc_info()[1], StoppedError):
+            yield
+        except ExecutionError as error:
+            if not isinstance(error, StoppedError):
                 self._drive_back()
+            raise
+        self._drive_back()
 
     def _drive_back(self) -> None:
         if self._ahead != 0.0:
@@ -187,7 +180,7 @@ class Engine:
                 _LOG.debug("not by way of %s: %s", np.round(place, 2), error)
                 continue
             rest = task if plan.motion is None else after_moving(task, plan.motion)
-            then = self._reaching_from(rest)
+            then = self._nearer.reaching(rest)
             if then is not None:
                 break
         else:
