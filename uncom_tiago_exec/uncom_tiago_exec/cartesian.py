@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from uncom_tiago_exec.collision import CollisionChecker
-from uncom_tiago_exec.exceptions import InCollisionError, PlanningError
+from uncom_tiago_exec.exceptions import InCollisionError, PlanningError, UnreachableError
 from uncom_tiago_exec.ik import IkSolver
 from uncom_tiago_exec.types import FloatArray
 
@@ -51,7 +51,10 @@ def follow_poses(solver: IkSolver, checker: CollisionChecker, start: FloatArray,
         PlanningError: the arm reaches a limit, or would have to flip, on the way.
         InCollisionError: something is in the way.
     """
-    quick = solver.along(poses, start)
+    try:
+        quick = solver.along(poses, start)
+    except UnreachableError as error:
+        raise PlanningError(f"the {solver.group.side} arm cannot follow the straight line to its end") from error
     if quick is not None and _smooth(np.vstack([start, quick])):
         result = np.vstack([start, quick])
     else:

@@ -21,6 +21,7 @@ from uncom_tiago_exec.types import Attachment, FloatArray, Obstacle
 
 _LOG = logging.getLogger(__name__)
 HELD = "held"
+_FEW = 48  # states that are looked at one by one as fast as by the room around some of them
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +164,7 @@ class CollisionChecker:
         points = densify(path, step)
         moved = self._quick.moves(points).tolist()
         # stretches whose middle is looked at next, and which room to ask for: what was missing nearby is not asked for
-        stretches = deque([(0, len(points), 0)])
+        stretches = deque([(0, len(points), 0 if len(points) > _FEW else len(ROOMS))])
         while stretches:
             low, high, level = stretches.popleft()
             if low >= high:

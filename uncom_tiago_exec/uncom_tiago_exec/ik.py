@@ -25,7 +25,10 @@ from uncom_tiago_exec.types import FloatArray
 _LOG = logging.getLogger(__name__)
 _ROUNDS = (20, 96, 512)  # pairs of torso height and first joint looked at, one round after another
 # how far torso [m] and first joint [rad] are tried to go while the hand goes straight
-_DETOURS = np.array([[t, a] for t in (0.0, -0.06, 0.06) for a in (0.0, -0.15, 0.15, -0.35, 0.35)][1:])
+_RISES = (0.0, -0.03, 0.03, -0.06, 0.06, -0.1, 0.1)
+_TURNS = (0.0, -0.1, 0.1, -0.2, 0.2, -0.35, 0.35, -0.5, 0.5)
+_DETOURS = np.array([[rise, turn] for rise in _RISES for turn in _TURNS])
+_NEARBY = 0.2  # [m] of a straight way whose end is near enough for these to be all
 _MARGIN = 0.06  # share of a joint's range next to a limit that is better avoided
 
 
@@ -68,6 +71,9 @@ class IkSolver:
         """Follow poses (N, 4, 4) from a configuration; (N, 8), or None if a descent had better try.
 
         Torso and first joint go evenly to where the last pose is reached with the least motion; they stay if they can.
+
+        Raises:
+            UnreachableError: the last pose, near the first and turned as it is, is not reached from around there.
         """
         if self._closed is None:
             return None
@@ -80,7 +86,12 @@ class IkSolver:
         far = np.abs((q - start) * self._scale).max(axis=-1)
         far[~((q >= self.group.lower) & (q <= self.group.upper)).all(axis=-1)] = np.inf
         nearest = int(np.nan_to_num(far, nan=np.inf).argmin())
-        return self._along(poses, start, q[nearest, :2]) if np.isfinite(far[nearest]) else None
+        if np.isfinite(far[nearest]):
+            return self._along(poses, start, q[nearest, :2])
+        first, last = poses[0], poses[-1]
+        if np.linalg.norm(last[:3, 3] - first[:3, 3]) < _NEARBY and np.array_equal(last[:3, :3], first[:3, :3]):
+            raise UnreachableError(self._far(last))
+        return None
 
     def _along(self, poses: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray | None:
         """Follow poses while torso and first joint go evenly to an end (2,); None where that leaves the limits."""
