@@ -23,6 +23,9 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     parser.add_argument("--runs", type=natural_number, default=60, metavar="N", help="how many commands (default: 60)")
     parser.add_argument("--jobs", type=natural_number, default=os.cpu_count() or 1, metavar="N", help="processes")
     parser.add_argument("--shots", metavar="DIR", help="leave pictures from outside here, one after each motion")
+    parser.add_argument(
+        "--in-a-row", type=natural_number, default=0, metavar="N", help="N commands to one robot, one after the other"
+    )
     add_json(parser)
     parser.set_defaults(run=run)
 
@@ -30,9 +33,16 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the benchmark; 0 if nothing failed, 1 if something did."""
     with simulator_needed():
-        from uncom_sim import bench_execution  # noqa: PLC0415  (only when it runs)
+        from uncom_sim import bench_execution, bench_in_a_row  # noqa: PLC0415  (only when it runs)
     if options.runs < 1 or options.jobs < 1:
         raise BadInputError("--runs and --jobs must be at least 1")
+    if options.in_a_row:
+        turns = bench_in_a_row.run_in_a_row(options.in_a_row, options.seed, output.note)
+        if options.json:
+            output.emit_json(turns)
+        else:
+            output.emit(bench_in_a_row.table(turns))
+        return 0 if turns["succeeded"] == turns["commands"] else 1
     shots = Path(options.shots) if options.shots else None
     if shots is not None:
         shots.mkdir(parents=True, exist_ok=True)
