@@ -111,3 +111,15 @@ def test_a_narrow_neck_does_not_join_large_things_of_other_colours(neck, groups)
     a, b, length = borders(patches.index, np.ones((60, 120), bool), np.ones((59, 121), bool))
     group = merged(patches, a, b, length, *evidence(patches, a, b))
     assert len(np.unique(group[1:])) == groups
+
+
+def test_without_depth_uneven_light_and_the_tables_edge_make_no_things(detector):
+    """Lamp light that fades and changes colour over the table is no thing; a block is."""
+    rgb, _ = plain_table(blocks=[(0.65, 0.1, 0.08, 0.08, 0.1, (200, 30, 30))])
+    truth = np.all(rgb == (200, 30, 30), axis=2)
+    ramp = np.linspace(0.6, 1.25, rgb.shape[1])[:, None] * np.array([1.0, 1.0, 0.9])
+    lit = np.clip(rgb * ramp[None], 0, 255).astype(np.uint8)
+    scene = detector.detect(lit, None, None, None, ["objects"])
+    assert len(scene.detections) == 1
+    assert overlap(scene.detections[0].mask, truth) > 0.8
+    assert "without depth" in scene.backend

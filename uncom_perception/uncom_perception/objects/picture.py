@@ -24,6 +24,10 @@ _TRUST = 0.5
 _CHROMA_LIMIT = 9.0
 _LIGHTER_LIMIT, _DARKER_LIMIT = 14.0, 34.0  # shadows darken the table without changing its hue much
 _WORK_WIDTH = 640
+_FIT_STRIDE = 6
+_LEAST_SHARE = 0.0006  # of the picture
+_EDGE_PX = 7.0  # from the outline of the table or of the picture: what lies there is hardly a thing
+_THIN_PX = 16.0  # thinner pieces must be solid
 
 
 class PictureDetector(ObjectDetector):
@@ -64,7 +68,8 @@ class PictureDetector(ObjectDetector):
             things &= ~bare_skin(lab, things, hands, scale)
         size = image_rgb.shape[1::-1]
         masks = [
-            cv2.resize(m.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST).astype(bool) for m in _split(things)
+            cv2.resize(m.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST).astype(bool)
+            for m in _split(things, table)
         ]
         gain = exposure(image_rgb)
         found = [self._matcher.describe(None, name_colours(image_rgb[m], gain), float(np.sqrt(m.sum()))) for m in masks]
@@ -93,33 +98,85 @@ def _table_and_things(lab: npt.NDArray[np.float32]) -> tuple[Mask, Mask]:
     middle = values[counts.argmax()] * np.array([10.0, 5.0, 5.0])
     near = sample[(np.abs(sample - middle) < np.array([14.0, 7.0, 7.0])).all(axis=1)]
     middle = np.median(near, axis=0)
-    lightness = lab[..., 0] - middle[0]
+    like = _like(lab, middle)
+    region = _region(like)
+    if region is None:
+        return np.zeros(lab.shape[:2], bool), np.zeros(lab.shape[:2], bool)
+    # Light falls unevenly on a table, and lamps colour it: its colour is a slow function of the place.
+    even = _even_colour(lab, region & like)
+    if even is not None:
+        like = _like(lab, even)
+    return region, region & ~like
+
+
+def _like(lab: npt.NDArray[np.float32], table: npt.NDArray[np.floating]) -> Mask:
+    """Return the pixels of a Lab picture (H, W, 3) that have the table's colour, (3,) or (H, W, 3)."""
+    lightness = lab[..., 0] - table[..., 0]
     # In the shade chroma shrinks with lightness.
-    share = np.clip(lab[..., 0] / max(float(middle[0]), 1.0), 0.3, 1.2)[..., None]
-    chroma = np.linalg.norm(lab[..., 1:] - middle[1:] * share, axis=2)
+    share = np.clip(lab[..., 0] / np.maximum(table[..., 0], 1.0), 0.3, 1.2)[..., None]
+    chroma = np.linalg.norm(lab[..., 1:] - table[..., 1:] * share, axis=2)
     like = (chroma < _CHROMA_LIMIT) & (lightness < _LIGHTER_LIMIT) & (lightness > -_DARKER_LIMIT)
+    return np.asarray(like, dtype=bool)
+
+
+def _region(like: Mask) -> Mask | None:
+    """Return the convex outline, filled, of the largest piece of the table that is seen."""
     mask = cv2.morphologyEx(like.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
     if count < 2:
-        return np.zeros(lab.shape[:2], bool), np.zeros(lab.shape[:2], bool)
+        return None
     largest = labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
     contour = max(
         cv2.findContours(largest.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=cv2.contourArea
     )
-    region = np.zeros(lab.shape[:2], np.uint8)
+    region = np.zeros(like.shape, np.uint8)
     cv2.fillPoly(region, [cv2.convexHull(contour)], 1)
-    return region.astype(bool), region.astype(bool) & ~like
+    return region.astype(bool)
 
 
-def _split(things: Mask) -> list[Mask]:
+def _even_colour(lab: npt.NDArray[np.float32], table: Mask) -> npt.NDArray[np.float32] | None:
+    """Fit the table's colour (H, W, 3) as a function of second order of the place; None if little of it is seen."""
+    height, width = table.shape
+    v, u = np.nonzero(table[::_FIT_STRIDE, ::_FIT_STRIDE])
+    if len(v) < 200:
+        return None
+    values = lab[::_FIT_STRIDE, ::_FIT_STRIDE][v, u]
+    terms = _terms(2.0 * u * _FIT_STRIDE / width - 1.0, 2.0 * v * _FIT_STRIDE / height - 1.0)
+    keep = np.ones(len(v), bool)
+    coefficients: npt.NDArray[np.floating] = np.zeros((6, 3))
+    for _ in range(3):
+        coefficients = np.linalg.lstsq(terms[keep], values[keep], rcond=None)[0]
+        off = np.linalg.norm(values - terms @ coefficients, axis=1)
+        keep = off < max(3.0, 2.5 * float(np.median(off[keep])))
+    ys, xs = np.meshgrid(2.0 * np.arange(height) / height - 1.0, 2.0 * np.arange(width) / width - 1.0, indexing="ij")
+    return np.asarray(_terms(xs.ravel(), ys.ravel()) @ coefficients, np.float32).reshape(height, width, 3)
+
+
+def _terms(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    return np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
+
+
+def _split(things: Mask, region: Mask) -> list[Mask]:
+    """Return one mask a piece, without specks and without the slivers that the table's edge leaves."""
     opened = cv2.morphologyEx(things.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     labels, count = ndimage.label(opened)
+    framed = np.pad(region, 1, constant_values=False).astype(np.uint8)
+    inner = cv2.distanceTransform(framed, cv2.DIST_L2, 3)[1:-1, 1:-1] > _EDGE_PX
     masks = []
     for i in range(1, count + 1):
-        mask = ndimage.binary_fill_holes(labels == i)
-        if 0.0004 * things.size < mask.sum() < 0.25 * things.size:
-            masks.append(np.asarray(mask, dtype=bool))
+        mask = np.asarray(ndimage.binary_fill_holes(labels == i), dtype=bool)
+        area = int(np.count_nonzero(mask))
+        if not _LEAST_SHARE * things.size < area < 0.25 * things.size or np.count_nonzero(mask & inner) < 0.5 * area:
+            continue
+        thickness = 2.0 * float(cv2.distanceTransform(np.pad(mask, 1).astype(np.uint8), cv2.DIST_L2, 3).max())
+        if thickness > _THIN_PX or area > 0.5 * _solid_area(mask):
+            masks.append(mask)
     return masks
+
+
+def _solid_area(mask: Mask) -> float:
+    contours = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+    return float(cv2.contourArea(cv2.convexHull(np.concatenate(contours))))
 
 
 def _surface(region: Mask, scale: float) -> TableSurface | None:
