@@ -12,9 +12,10 @@ from pathlib import Path
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
-from launch.substitutions import LaunchConfiguration
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 
+_PROFILE = "FASTRTPS_DEFAULT_PROFILES_FILE"
 PACKAGES = {
     "speech_node": "uncom_language",
     "language_node": "uncom_language",
@@ -83,8 +84,8 @@ def generate_launch_description() -> LaunchDescription:
             ),
             DeclareLaunchArgument("params_file", default_value="", description="parameters over the shipped ones"),
             DeclareLaunchArgument("log_level", default_value="info"),
-            # Shared memory large enough for camera images; see the file.
-            SetEnvironmentVariable("FASTRTPS_DEFAULT_PROFILES_FILE", str(config / "fastdds.xml")),
+            # Shared memory large enough for camera images; see the file. Whoever has a profile keeps it.
+            SetEnvironmentVariable(_PROFILE, EnvironmentVariable(_PROFILE, default_value=str(config / "fastdds.xml"))),
             OpaqueFunction(function=_nodes),
         ]
     )
