@@ -16,7 +16,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from reasoner_scenes import CAMERA, POSE, TABLE_Z, Thing, command, pointing, reference, scene
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Empty, String
-from std_srvs.srv import SetBool
+from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 from uncom_common.conversions import camera_to_msg, depth_to_msg, header_to_msg, rgb_to_msg, stamped_transform_to_msg
 from uncom_common.transforms import StampedTransform
@@ -240,6 +240,21 @@ def test_a_doubt_becomes_a_question_and_its_spoken_answer_a_command(context):
         world.say(Command("u2", Act.FRAGMENT, wanted, object=obj))
         msg = world.wait("/uncom/grounded_command", 2)
         assert (msg.status, msg.object.id, msg.utterance_id) == (GroundedCommand.GROUNDED, "lemon_2", "u1")
+
+
+def test_whoever_plays_a_bag_is_told_that_all_is_done_though_a_question_is_open(context):
+    with Graph(context) as world:
+        settle = world.node.create_client(Trigger, "/reasoner_node/settle")
+        asked(world)
+        assert settle.wait_for_service(timeout_sec=20.0)
+        for _ in range(50):  # decisions take a few of these at most
+            done = threading.Event()
+            future = settle.call_async(Trigger.Request())
+            future.add_done_callback(lambda _, done=done: done.set())
+            assert done.wait(20.0)
+            if future.result().success:
+                break
+        assert future.result().success
 
 
 def test_a_hand_answers_a_question(context):

@@ -59,6 +59,7 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
         self._jobs: deque[Job] = deque()
         self._lock = threading.Lock()
         self._polled = True  # whether the worker has done the last round of time-outs
+        self._settled_s = float("-inf")  # newest hands that were looked at for an answer when asked to settle [s]
         self._worker = Worker(self.get_logger().error)
         senses = ReentrantCallbackGroup()
         self._looking = Looking(self, config, self._senses, senses)
@@ -108,12 +109,16 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
         Whoever plays a bag holds it for that, so that no decision depends on the pace. The message is the stamps [s] of
         the newest hands, image and depth.
         """
-        self._tick()
+        latest_s = self._senses.hands.latest_s()
+        if latest_s != self._settled_s:  # a hand may answer; who looks again each time it is asked never settles
+            self._settled_s = latest_s
+            self._look_for_answers()
+        self._go_on()
         with self._lock:
             job = self._jobs[0] if self._jobs else None
             busy = self._worker.busy or (job is not None and job.stage in (Stage.DETECTING, Stage.DECIDING))
         response.success = not busy
-        response.message = f"{self._senses.hands.latest_s()!r} {self._looking.image_s!r} {self._looking.depth_s!r}"
+        response.message = f"{latest_s!r} {self._looking.image_s!r} {self._looking.depth_s!r}"
         return response
 
     def _take_answer(self, answer: Answer) -> None:
@@ -191,9 +196,16 @@ class ReasonerNode(ConfiguredNode[ReasonerConfig]):
     # --- one command after the other -----------------------------------------------------------------
 
     def _tick(self) -> None:
+        self._look_for_answers()
+        self._go_on()
+
+    def _look_for_answers(self) -> None:
         if self._polled and (self._talk.dialogue.question is not None or self._asking.waiting):
             self._polled = False
             self._worker.run(self._poll)
+
+    def _go_on(self) -> None:
+        """Move the first command on as far as what has come in allows."""
         with self._lock:
             job = self._jobs[0] if self._jobs else None
         if job is None or (self._talk.dialogue.question is not None and job.asked == 0):
