@@ -21,6 +21,7 @@ from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage, Status, 
 _LOG = logging.getLogger(__name__)
 _SQUEEZE = 0.03  # [m] the fingers aim this much below the width they expect; with 2 cm tolerance each they press on
 _HOLD = 0.016  # [m] and this much below what they hold: a finger pushed aside by half of it gives way no farther
+_THIN = 0.035  # [m] what is thinner may be a slanting wall that turns between the fingers: they follow it all the way
 _STUCK = 0.01  # [m] fingers that open by this much less than told still hold what they had
 _UNSTICK = 3  # times they close and open again
 _EARLY = 0.035  # [m] what hangs lower than thought, for it turned between the fingers, rests this much earlier at most
@@ -90,14 +91,14 @@ class Performer:
                 self._grip(plan, step)
             if holding and step.stage == Stage.LIFTING:
                 # a finger that was held up by the table, not by the thing, closes now
-                self._robot.grip(plan.side, max(0.0, self._held_gap - _HOLD))
+                self._robot.grip(plan.side, _pressed(self._held_gap))
                 self._still_held(plan, what, "the {} slipped out of my fingers")
 
     def _close(self, plan: Plan, what: str) -> None:
         """Close on the thing, press, and tell from the gap whether anything is there."""
         width = plan.grasp.width if plan.grasp is not None else 0.0
         gap = self._robot.grip(plan.side, max(0.0, width - _SQUEEZE))
-        gap = self._robot.grip(plan.side, max(0.0, gap - _HOLD))
+        gap = self._robot.grip(plan.side, _pressed(gap))
         if gap < _empty_below(width):
             raise GraspFailedError(f"my fingers closed beside the {what}")
         self._held_gap = gap
@@ -161,7 +162,7 @@ class Performer:
                 self._gripping = None
                 return
             if attempt < _UNSTICK:
-                self._robot.grip(plan.side, max(0.0, gap - _HOLD))
+                self._robot.grip(plan.side, _pressed(gap))
         raise MotionError("my fingers do not open")
 
     def _lower(self, step: MoveStep, plan: Plan) -> bool:
@@ -244,6 +245,11 @@ def started_at(trajectory: Trajectory, here: FloatArray) -> Trajectory:
         positions=trajectory.positions + left[:, None] * away,
         velocities=trajectory.velocities + pace[:, None] * away,
     )
+
+
+def _pressed(gap: float) -> float:
+    """Return the gap [m] to aim at with something `gap` wide between the fingers."""
+    return 0.0 if gap < _THIN else gap - _HOLD
 
 
 def _empty_below(width: float) -> float:
