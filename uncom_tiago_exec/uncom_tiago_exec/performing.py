@@ -19,9 +19,9 @@ from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage, Status, Trajectory
 
 _LOG = logging.getLogger(__name__)
-_SQUEEZE = 0.03  # [m] the fingers aim this much below the width they expect; with 2 cm tolerance each they press on
-_HOLD = 0.016  # [m] and this much below what they hold: a finger pushed aside by half of it gives way no farther
-_THIN = 0.035  # [m] what is thinner may be a slanting wall that turns between the fingers: they follow it all the way
+_SQUEEZE = 0.03  # [m] the fingers aim this much below what they hold; with 2 cm tolerance each they keep pressing.
+# With less a pair that a load has moved aside comes to an end, where one finger presses alone; what is thin and slants
+# turns between the fingers, and they follow it.
 _STUCK = 0.01  # [m] fingers that open by this much less than told still hold what they had
 _UNSTICK = 3  # times they close and open again
 _EARLY = 0.035  # [m] what hangs lower than thought, for it turned between the fingers, rests this much earlier at most
@@ -249,7 +249,7 @@ def started_at(trajectory: Trajectory, here: FloatArray) -> Trajectory:
 
 def _pressed(gap: float) -> float:
     """Return the gap [m] to aim at with something `gap` wide between the fingers."""
-    return 0.0 if gap < _THIN else gap - _HOLD
+    return max(0.0, gap - _SQUEEZE)
 
 
 def _empty_below(width: float) -> float:
