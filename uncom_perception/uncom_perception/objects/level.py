@@ -74,7 +74,8 @@ def bow(height: FloatImage, on_table: npt.NDArray[np.bool_]) -> FloatImage | Non
     keep = sure
     coefficients, fitted, spread = np.zeros(6), values, _REACH_M
     for _ in range(6):
-        coefficients = np.linalg.lstsq(terms[keep], values[keep], rcond=None)[0]
+        kept = terms[keep]  # few, well scaled terms: the normal equations are as good, and quick
+        coefficients = np.linalg.lstsq(kept.T @ kept, kept.T @ values[keep], rcond=None)[0]
         fitted = terms @ coefficients
         if float(np.ptp(fitted[sure])) < _HARDLY * _BOW_M:
             return None
