@@ -61,9 +61,10 @@ class SteppedRobot(RobotInterface):
         simulator = self.simulator
         start = simulator.base.odometry.x
         while True:
-            if self.stop_at_s is not None and simulator.time_s >= self.stop_at_s:
-                raise StoppedError("stopped on request")
             went = simulator.base.odometry.x - start
+            if self.stop_at_s is not None and simulator.time_s >= self.stop_at_s:
+                simulator.base.command(0.0, 0.0, simulator.time_s)
+                raise StoppedError("stopped on request", went)
             velocity = drive_velocity(distance - went)
             simulator.base.command(velocity, 0.0, simulator.time_s)
             if velocity == 0.0 and abs(simulator.base.odometry.linear) < 1e-3:

@@ -20,7 +20,7 @@ from uncom_tiago_exec.arm_planner import ArmPlanner
 from uncom_tiago_exec.carrying import UprightChecker, lean
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.engine import Engine
-from uncom_tiago_exec.exceptions import MotionError
+from uncom_tiago_exec.exceptions import MotionError, StoppedError
 from uncom_tiago_exec.grasps import grasp_candidates
 from uncom_tiago_exec.pick_place import PickPlacePlanner
 from uncom_tiago_exec.plan import MoveStep
@@ -185,3 +185,27 @@ def test_two_things_seen_as_one_do_not_hide_that_the_thing_stands_at_its_place()
     both = detection("box", np.vstack([cloud, np.asarray(mug.geometry.cloud, dtype=float)]))
     assert verify(task, plan, scene_of(both)).success
     assert not verify(task, plan, scene_of(mug)).success
+
+
+def test_a_base_stopped_on_its_way_is_driven_back_as_far_as_it_had_come():
+    class StoppedHalfway(ObedientRobot):
+        def __init__(self, scene, widths):
+            super().__init__(scene, widths)
+            self.place = 0.0
+            self.halfway = True
+
+        def drive(self, distance):
+            if self.halfway:
+                self.halfway = False
+                self.place += distance / 2.0
+                raise StoppedError("stopped on request", distance / 2.0)
+            self.place += distance
+            return distance
+
+    can = detection("can", cylinder_cloud(0.86, 0.2, 0.033, 0.11, np.random.default_rng(5)))
+    machine = StoppedHalfway(scene_of(can), [0.066])
+    engine = Engine(robot(), machine, CONFIG, lambda _: None)
+    assert "stopped" in engine.execute(make_task([can], "pick")).reason
+    assert machine.place > 0.02
+    engine.execute(make_task([can], "wave"))
+    assert machine.place == pytest.approx(0.0, abs=1e-9)

@@ -48,10 +48,11 @@ def drive_base(node: Node, group: Any, distance: float, stop: threading.Event, f
     commands = node.create_publisher(TwistStamped, f"{_BASE}/cmd_vel", 10)
     began = now()
     deadline = began + 2.0 * abs(distance) / DRIVE_SPEED + _EXTRA_S
+    went = 0.0
     try:
         while True:
             if stop.is_set():
-                raise StoppedError("stopped on request")
+                raise StoppedError("stopped on request", went)
             if now() > deadline or (not places and now() - began > _FIRST_S):
                 raise MotionError(f"the base does not drive; are {_BASE}/odom and {_BASE}/cmd_vel there?")
             heard.wait(_TICK_S)

@@ -150,7 +150,7 @@ class Engine:
     def _driven(self, ahead: float) -> Iterator[None]:
         """Drive nearer by a distance [m], and back at the end; after a stop the next command does that."""
         self._hand.tell(Stage.APPROACHING, f"driving {ahead * 100:.0f} cm nearer")
-        self._ahead = self._robot.drive(ahead)
+        self._drive(ahead)
         try:
             yield
         except ExecutionError as error:
@@ -161,8 +161,15 @@ class Engine:
 
     def _drive_back(self) -> None:
         if self._ahead != 0.0:
-            self._robot.drive(-self._ahead)
+            self._drive(-self._ahead)
             self._ahead = 0.0
+
+    def _drive(self, distance: float) -> None:
+        try:
+            self._ahead += self._robot.drive(distance)
+        except StoppedError as error:
+            self._ahead += error.driven_m
+            raise
 
     def _by_the_middle(self, task: ManipulationTask, refusal: RefusedError) -> str:
         """Set the thing down where the other arm, or the same from another side, can bring it to its place.
