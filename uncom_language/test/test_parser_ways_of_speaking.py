@@ -48,6 +48,9 @@ def test_words_said_twice_in_a_row_count_once(stuttered, plain):
         ("put it on next to the box", "put it next to the box"),
         ("move the can on in front of the pan", "move the can in front of the pan"),
         ("place this thing in on this", "place this thing on this"),
+        ("place this thing in over there", "place this thing over there"),
+        ("move it to over here", "move it over here"),
+        ("place it on between the plates", "place it between the plates"),
     ],
 )
 def test_a_relation_that_is_given_up_for_the_next_one_does_not_count(begun, plain):

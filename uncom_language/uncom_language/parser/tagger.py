@@ -17,6 +17,7 @@ _EXPECT_NOUN = PREMODIFIERS | {
 }  # fmt: skip
 _STUTTER = 3  # words
 _BEGINS_PLACE = ("RELATION", "TO")
+_SAYS_WHERE = frozenset(("RELATION", "PLACE", "BETWEEN"))
 _TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_](?:[^\W\d_]|')*|[.;!?,:]")
 
 
@@ -78,7 +79,7 @@ def without_false_starts(items: Sequence[Item], tokens: Sequence[Token]) -> tupl
     for number, token in enumerate(tokens):
         ahead = [other.tag for other in tokens[number + 1 : number + 3]]
         length = 2 if ahead[:1] == ["DETERMINER"] else 1
-        if token.tag in _BEGINS_PLACE and ahead[length - 1 : length] == ["RELATION"]:
+        if token.tag in _BEGINS_PLACE and set(ahead[length - 1 : length]) & _SAYS_WHERE:
             given_up.update(range(token.first, tokens[number + length - 1].last + 1))
     return tuple(item for item in items if item.index not in given_up or item.is_break)
 
