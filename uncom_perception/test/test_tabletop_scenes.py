@@ -75,6 +75,29 @@ def test_everything_on_the_table_is_found_and_nothing_else(pictures, detector):
         assert len(scene.detections) == len(picture.masks)
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.4, 0.8])
+def test_a_mug_is_one_thing_wherever_its_handle_points(detector, turn):
+    """Its handle folds out of its wall, and its inside is parted from its front by the rim."""
+    places = [(0.55, -0.3), (0.55, 0.0), (0.55, 0.3), (0.8, -0.3), (0.8, 0.0), (0.8, 0.3)]
+    mugs = [
+        {
+            "id": f"m{i}",
+            "kind": "mug",
+            "colour": ("green", "blue", "red")[i % 3],
+            "x": x,
+            "y": y,
+            "yaw": turn + 1.05 * i,
+        }
+        for i, (x, y) in enumerate(places)
+    ]
+    words = {"say": "take this mug and put it next to this mug", "point_object": "m0", "point_target": "m1"}
+    (picture,) = takes({"objects": mugs, **words}, 31, (None,))
+    scene = detector.detect(picture.rgb, picture.depth, CAMERA, POSE, ["mug"])
+    assert len(scene.detections) == len(mugs)
+    for mask in picture.masks.values():
+        assert max(overlap(d.mask, mask) for d in scene.detections) > 0.7
+
+
 def test_a_named_thing_comes_first(pictures, detector):
     """The noun of each thing fits that thing best."""
     for picture in pictures[::2]:
