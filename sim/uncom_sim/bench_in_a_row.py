@@ -6,14 +6,13 @@ Looked for: memory that grows, a start pose that is reached less and less well, 
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+import psutil
 import shapely
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.engine import Engine
@@ -120,8 +119,7 @@ def table(result: dict[str, Any]) -> str:
 
 def resident_mb() -> float:
     """Return the memory this process holds now [MB]."""
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / _MB
+    return float(psutil.Process().memory_info().rss) / _MB
 
 
 def _scene(rng: np.random.Generator) -> Scene:

@@ -62,7 +62,7 @@ def peers(robot: RobotModel, start: dict[str, float], problems: list[Problem], p
     groups = {side: robot.group(side, start) for side in SIDES}
     return run_peers(
         ik_problems(robot, start, poses, seed),
-        lambda problem, q: _reaches(groups["left" if problem.side == "left" else "right"], q, problem.target, _INSET),
+        lambda problem, q: _reaches(groups[problem.side], q, problem.target, _INSET),
         problems,
         check_states(robot, start, seed),
         start,
@@ -87,7 +87,7 @@ def inverse_kinematics(robot: RobotModel, start: dict[str, float], count: int, s
     groups = {side: robot.group(side, start) for side in SIDES}
     solvers = {side: IkSolver(group, seed) for side, group in groups.items()}
     for side, target, near in ik_problems(robot, start, count, seed):
-        group, solver = groups["left" if side == "left" else "right"], solvers["left" if side == "left" else "right"]
+        group, solver = groups[side], solvers[side]
         q, spent = None, []
         for _ in range(_ROUNDS):
             began = time.thread_time()

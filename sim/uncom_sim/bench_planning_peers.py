@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 from uncom_tiago_exec.collision import CollisionChecker, densify
 from uncom_tiago_exec.link_pairs import disabled_pairs
 from uncom_tiago_exec.robot_model import group_joints, package_directories
-from uncom_tiago_exec.types import FloatArray, Obstacle
+from uncom_tiago_exec.types import FloatArray, Obstacle, Side
 
 from uncom_sim.robot.description import tiago_urdf
 
@@ -42,7 +42,7 @@ class Problem(NamedTuple):
 class IkProblem(NamedTuple):
     """A pose (4, 4) of one side's hand, and a configuration (8,) to begin at."""
 
-    side: str
+    side: Side
     target: FloatArray
     near: FloatArray
 
@@ -84,10 +84,10 @@ def ratios(own: dict[str, Any], peers: dict[str, Any]) -> dict[str, Any]:
 class _Scene:
     """A roboplan scene of the robot with one arm as its group."""
 
-    def __init__(self, side: str, positions: dict[str, float], solids: Sequence[Obstacle]) -> None:
+    def __init__(self, side: Side, positions: dict[str, float], solids: Sequence[Obstacle]) -> None:
         from roboplan import core  # noqa: PLC0415  (only where it is installed)
 
-        self.names = list(group_joints("left" if side == "left" else "right"))
+        self.names = list(group_joints(side))
         urdf = locked_urdf(tiago_urdf(), self.names, positions)
         self.scene = core.Scene("bench", core.loadUrdfSceneDescriptionFromXml(urdf, package_directories()))
         self.scene.addGroup(_GROUP, self.names)

@@ -82,7 +82,6 @@ class Lockstep:
         self._settle = {name: monitor.create_client(Trigger, f"/{name}/settle") for name in (SPEECH, GESTURE, REASONER)}
         self._last_hands_s = float("-inf")
         self._speech_changed = False
-        self._lost = 0
         self._image_s = self._depth_s = _ALWAYS  # stamps of the last ones that were shown
         self._takers = Takers(bag, player, monitor)
         self.tally = Tally()
@@ -199,9 +198,8 @@ class Lockstep:
     def _await_hands(self) -> None:
         """Wait until the picture was examined; decisions may follow."""
         self.tally.pictures += 1
-        wanted = self.tally.pictures - self._lost
-        hands_s, _, examined = self._settled(GESTURE, lambda numbers: numbers[2] >= wanted, "a picture")
-        self._lost = self.tally.pictures - int(examined)
+        before = self.tally.examined  # what was lost on its way once is not waited for again
+        hands_s, _, examined = self._settled(GESTURE, lambda numbers: numbers[2] > before, "a picture")
         self.tally.examined = int(examined)
         if not self._wait(lambda: self._hands_s >= hands_s - _SAME_S, _ANSWER_S):
             raise GraphError(GESTURE, f"has told of hands that have not come for {_ANSWER_S:.0f} s")
