@@ -18,6 +18,10 @@ from uncom_tiago_exec.types import FloatArray
 _EXACT = 1e-7  # [m, or of a unit vector] how well the axes have to meet
 _SIGN_4 = np.array([[1.0], [1.0], [-1.0], [-1.0]])  # of the first four postures; the others turn the wrist over
 _SIGN_3 = np.array([[1.0], [-1.0], [1.0], [-1.0]])
+# a turn about z is cos * _TURN[0] + sin * _TURN[1] + _TURN[2]
+_TURN = np.array(
+    [np.diag([1.0, 1.0, 0.0]), [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]], np.diag([0.0, 0.0, 1.0])]
+)
 
 
 class ClosedForm:
@@ -60,23 +64,24 @@ class ClosedForm:
             raise ValueError("the wrist is not a ZYZ wrist")
         self._sign = float(np.sign(axis[1]))
         self._tool_turn, self._tool_offset = frame[:3, :3], frame[:3, 3]
+        self._lower = np.array(model.lowerPositionLimit[2:8])[:, None, None]
         self._prepare()
 
     def _prepare(self) -> None:
-        """Work out the constants of |W - S| as a function of joint 4: ground + cos * q4 terms + sin * q4 terms."""
+        """Work out what does not depend on the pose, so that few operations on arrays remain."""
         turn, base = self._fourth[:3, :3], self._fourth[:3, 3] - self._shoulder_in_third
         w = self._wrist
-        # W3 - S3 = base + turn (Rz(q4) w) = constant + c * even + s * odd
-        self._constant = base + turn @ np.array([0.0, 0.0, w[2]])
-        self._even = turn @ np.array([w[0], w[1], 0.0])
-        self._odd = turn @ np.array([-w[1], w[0], 0.0])
-        self._ground = float(self._constant @ self._constant + self._even @ self._even)
-        cosine = 2.0 * float(self._constant @ self._even)
-        sine = 2.0 * float(self._constant @ self._odd)
+        # W3 - S3 = base + turn (Rz(q4) w), linear in cos and sin of joint 4
+        self._reach = np.column_stack(
+            [turn @ [w[0], w[1], 0.0], turn @ [-w[1], w[0], 0.0], base + turn @ [0.0, 0.0, w[2]]]
+        )
+        even, odd, constant = self._reach.T
+        # |W - S| as a function of joint 4: ground + amplitude * cos(q4 - phase)
+        self._ground = float(constant @ constant + even @ even)
+        cosine, sine = 2.0 * float(constant @ even), 2.0 * float(constant @ odd)
         self._phase, self._amplitude = float(np.arctan2(sine, cosine)), float(np.hypot(sine, cosine))
-        self._moving = (self._even - 1j * self._odd)[:, None, None]
-        self._across = complex(*self._third[2, :2])
-        self._plane = self._third[0] + 1j * self._third[1]
+        across = complex(*self._third[2, :2])
+        self._across, self._across_angle = abs(across), float(np.angle(across))
         a, b = self._first[:3, :3], self._second
         by_cosine = a[:, :2] @ b[:2, :3]
         by_sine = np.outer(a[:, 1], b[0, :3]) - np.outer(a[:, 0], b[1, :3])
@@ -84,11 +89,16 @@ class ClosedForm:
         x, y, z = b[:3, 3]
         base = self._torso + self._first[:3, 3] + a[:, 2] * z
         self._origins = np.stack([a[:, 0] * x + a[:, 1] * y, a[:, 1] * x - a[:, 0] * y, base])
+        # the turn from joint 2 to the wrist, Rz(q2) F3 Rz(q3) F4 Rz(q4) F5, is linear in the products of (cos, sin, 1)
+        chain = [_TURN @ fixed for fixed in (self._third, self._fourth[:3, :3], self._fifth)]
+        products = chain[0][:, None, None] @ chain[1][None, :, None] @ chain[2][None, None]
+        self._products = np.ascontiguousarray(products.reshape(27, 9).T)
 
     def postures(self, targets: FloatArray, torso: FloatArray, first: FloatArray) -> FloatArray:
-        """Return joint vectors (8, K, 8) for hand poses (K, 4, 4) or (4, 4), torso [m] (K,), first joints [rad] (K,).
+        """Return joint values (8, 8, K) for hand poses (K, 4, 4) or (4, 4), torso [m] (K,), first joints [rad] (K,).
 
-        The first index is the posture; NaN where there is none. Limits are not regarded; angles are in (-pi, pi].
+        The first index is the joint, the second the posture; NaN where there is none. Limits are not regarded, but
+        each angle is the one within a turn above its joint's lower limit.
         """
         turn = targets[..., :3, :3] @ self._tool_turn.T  # of joint 7 in the base
         wrist = targets[..., :3, 3] - turn @ self._tool_offset
@@ -98,54 +108,55 @@ class ClosedForm:
         rotation = (at_first @ self._rotations).reshape(-1, 3, 3)
         away = wrist - at_first @ self._origins
         away[:, 2] -= torso
-        away = np.einsum("kj,kji->ik", away, rotation)  # (3, K) in the frame before joint 2
+        away = (away[:, None] @ rotation)[:, 0].T  # (3, K) in the frame before joint 2
         away[2] -= self._shoulder_z
-        rest = np.einsum("kji,jl->ilk" if turn.ndim == 2 else "kji,kjl->ilk", rotation, turn)
-        return self._solve(rest, away, torso, first)
-
-    def _solve(self, rest: FloatArray, away: FloatArray, torso: FloatArray, first: FloatArray) -> FloatArray:
-        """Go on from W - S (3, K) and the rotation that remains (3, 3, K), both in the frame before joint 2."""
-        q = np.empty((8, len(torso), 8))
-        half = q[:4]
-        # pairs of components are complex numbers here: turning about z is a product with exp(i angle)
+        rest = rotation.transpose(0, 2, 1) @ turn
+        q = np.empty((8, 8, len(first)))
+        q[0], q[1] = torso, first
         with np.errstate(invalid="ignore"):
-            turn4 = np.arccos((np.einsum("ij,ij->j", away, away) - self._ground) / self._amplitude)
-            q4 = self._phase + _SIGN_4 * turn4
-            e4 = np.exp(1j * q4)
-            u = self._constant[:, None, None] + (self._moving * e4).real  # W - S, frame 3
-            flat = u[0] + 1j * u[1]
-            # the component along the axis of joint 2 does not depend on joint 2
-            beside = self._across * flat.conj()
-            height = (away[2] - self._third[2, 2] * u[2]) / np.abs(beside)
-            q3 = np.arctan2(beside.imag, beside.real) + _SIGN_3 * np.arccos(height)
-            e3 = np.exp(1j * q3)
-            turned = e3 * flat
-            plane = self._plane[0] * turned.real + self._plane[1] * turned.imag + self._plane[2] * u[2]
-            e2 = (away[0] + 1j * away[1]) * plane.conj()
-            q2 = np.arctan2(e2.imag, e2.real)
-            rest = _unturned(rest[:, :, None], e2 / np.abs(e2), self._third)
-            rest = _unturned(rest, e3, self._fourth[:3, :3])
-            rest = _unturned(rest, e4, self._fifth)
-            sine = np.hypot(rest[0, 2], rest[1, 2])
-            q5, q7 = np.arctan2(rest[1, 2], rest[0, 2]), np.arctan2(rest[2, 1], -rest[2, 0])
-            straight = sine < 1e-9  # joints 5 and 7 turn about one axis
-            if straight.any():
-                q5 = np.where(straight, 0.0, q5)
-                q7 = np.where(straight, np.arctan2(rest[1, 0], rest[0, 0]), q7)
-        half[..., 0], half[..., 1], half[..., 2], half[..., 3], half[..., 4] = torso, first, q2, q3, q4
-        half[..., 5], half[..., 6], half[..., 7] = q5, self._sign * np.arctan2(sine, rest[2, 2]), q7
-        q[4:] = half
-        q[4:, :, 6] *= -1.0
-        q[4:, :, 5] += np.pi
-        q[4:, :, 7] += np.pi
-        angles = q[..., 2:]
-        angles -= 2.0 * np.pi * np.ceil((angles - np.pi) / (2.0 * np.pi))
+            self._solve(q, away, rest.transpose(1, 2, 0)[:, :, None])
+        q[:, 4:] = q[:, :4]  # the wrist turned over
+        q[6, 4:] *= -1.0
+        q[5:8:2, 4:] += np.pi
+        angles = q[2:]
+        angles -= 2.0 * np.pi * np.floor((angles - self._lower) / (2.0 * np.pi))
         return q
 
+    def _solve(self, q: FloatArray, away: FloatArray, rest: FloatArray) -> None:
+        """Fill in joints 2 to 7 of the first four postures.
 
-def _unturned(rest: FloatArray, turn: Any, fixed: FloatArray) -> FloatArray:
-    """Return fixed^T Rz(-angle) rest for rotations (3, 3, ..) along the first axes; turn is exp(i angle)."""
-    flat = (rest[0] + 1j * rest[1]) * turn.conj()
-    mixed = np.empty((3, *flat.shape))
-    mixed[0], mixed[1], mixed[2] = flat.real, flat.imag, rest[2]
-    return np.asarray((fixed.T @ mixed.reshape(3, -1)).reshape(mixed.shape))
+        From W - S (3, K) and the rotation that remains (3, 3, 1, K), both in the frame before joint 2.
+        """
+        turns = np.ones((3, 3, 4, away.shape[1]))  # of joints 2, 3, 4: cosine, sine, 1
+        two, three, four = turns
+        far = away[0] * away[0] + away[1] * away[1] + away[2] * away[2]
+        q4 = np.add(self._phase, _SIGN_4 * np.arccos((far - self._ground) / self._amplitude), out=q[4, :4])
+        np.cos(q4, out=four[0])
+        np.sin(q4, out=four[1])
+        u = (self._reach @ four.reshape(3, -1)).reshape(four.shape)  # W - S, frame 3
+        flat = np.hypot(u[0], u[1])
+        # the component along the axis of joint 2 does not depend on joint 2
+        height = (away[2] - self._third[2, 2] * u[2]) / (self._across * flat)
+        around = self._across_angle + _SIGN_3 * np.arccos(height)
+        q3 = np.subtract(around, np.arctan2(u[1], u[0]), out=q[3, :4])
+        np.cos(q3, out=three[0])
+        np.sin(q3, out=three[1])
+        u[0] = flat * np.cos(around)
+        u[1] = flat * np.sin(around)
+        plane = (self._third[:2] @ u.reshape(3, -1)).reshape(2, *flat.shape)
+        q2 = np.subtract(np.arctan2(away[1], away[0]), np.arctan2(plane[1], plane[0]), out=q[2, :4])
+        np.cos(q2, out=two[0])
+        np.sin(q2, out=two[1])
+        products = (two[:, None] * three)[:, :, None] * four
+        fore = (self._products @ products.reshape(27, -1)).reshape(3, 3, *flat.shape)
+        last = (fore * rest[:, 2][:, None]).sum(axis=0)  # third column of the turn of the wrist: fore^T rest
+        row = (fore[:, 2][:, None] * rest[:, :2]).sum(axis=0)  # its third row
+        sine = np.hypot(last[0], last[1])
+        np.arctan2(last[1], last[0], out=q[5, :4])
+        np.multiply(self._sign, np.arctan2(sine, last[2]), out=q[6, :4])
+        np.arctan2(row[1], -row[0], out=q[7, :4])
+        straight = sine < 1e-9  # joints 5 and 7 turn about one axis
+        if straight.any():
+            column = (fore * rest[:, 0][:, None]).sum(axis=0)
+            q[5, :4][straight] = 0.0
+            q[7, :4][straight] = np.arctan2(column[1], column[0])[straight]

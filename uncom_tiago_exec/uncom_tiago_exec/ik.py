@@ -59,9 +59,11 @@ class IkSolver:
         shares = (0.5 + steps) % 1.0
         shares[_ROUNDS[0] : _ROUNDS[0] + 40, 0] = 1.0  # what stands on a table is best reached from above
         self._samples = group.lower[:2] + shares * (group.upper - group.lower)[:2]
-        self._range = group.upper - group.lower
-        self._middle, self._half = 0.5 * (group.upper + group.lower), 0.5 * self._range
-        self._scale = 1.0 / group.velocity
+        # of each joint, as columns
+        self._middle = 0.5 * (group.upper + group.lower)[:, None]
+        self._half = 0.5 * (group.upper - group.lower)[:, None]
+        self._per_range = 0.5 / self._half
+        self._scale = 1.0 / group.velocity[:, None]
 
     def descend(self, target: FloatArray, start: FloatArray, iterations: int | None = None) -> FloatArray | None:
         """Return the solution (8,) that one descent from `start` finds for a pose (4, 4), or None."""
@@ -81,13 +83,12 @@ class IkSolver:
         if path is not None:
             return path
         ends = np.clip(start[:2] + _DETOURS, self.group.lower[:2], self.group.upper[:2])
-        q = self._closed.postures(poses[-1], ends[:, 0], ends[:, 1]).reshape(-1, 8)
-        self._unwind(q)
-        far = np.abs((q - start) * self._scale).max(axis=-1)
-        far[~((q >= self.group.lower) & (q <= self.group.upper)).all(axis=-1)] = np.inf
-        nearest = int(np.nan_to_num(far, nan=np.inf).argmin())
-        if np.isfinite(far[nearest]):
-            return self._along(poses, start, q[nearest, :2])
+        q = self._closed.postures(poses[-1], ends[:, 0], ends[:, 1]).reshape(8, -1)
+        inside = (np.abs(q - self._middle) <= self._half).all(axis=0)
+        if inside.any():
+            good = q[:, inside]
+            nearest = int(np.abs((good - start[:, None]) * self._scale).max(axis=0).argmin())
+            return self._along(poses, start, good[:2, nearest])
         first, last = poses[0], poses[-1]
         if np.linalg.norm(last[:3, 3] - first[:3, 3]) < _NEARBY and np.array_equal(last[:3, :3], first[:3, :3]):
             raise UnreachableError(self._far(last))
@@ -99,9 +100,8 @@ class IkSolver:
             return None
         lead = start[:2] + (np.arange(1, len(poses) + 1) / len(poses))[:, None] * (end - start[:2])
         q = self._closed.postures(poses, lead[:, 0], lead[:, 1])
-        self._unwind(q)
-        branch = int(np.nan_to_num(np.abs(q[:, 0] - start).max(axis=-1), nan=np.inf).argmin())
-        path = q[branch]
+        branch = int(np.nan_to_num(np.abs(q[:, :, 0] - start[:, None]).max(axis=0), nan=np.inf).argmin())
+        path = np.ascontiguousarray(q[:, branch].T)
         inside = (path >= self.group.lower - 1e-9) & (path <= self.group.upper + 1e-9)
         return path if bool(inside.all()) else None
 
@@ -152,7 +152,7 @@ class IkSolver:
                 if begin == 0 and seeds:
                     pairs = np.vstack([[seed[:2] for seed in seeds], pairs])
                 begin += size
-                q = self._closed.postures(target, pairs[:, 0], pairs[:, 1]).reshape(-1, 8)
+                q = self._closed.postures(target, pairs[:, 0], pairs[:, 1]).reshape(8, -1)
                 inside, missed = self._sort(q, seeds)
                 yield from inside
                 misses = missed
@@ -168,33 +168,26 @@ class IkSolver:
                 yield q_found
 
     def _sort(self, q: FloatArray, seeds: Sequence[FloatArray]) -> tuple[list[FloatArray], list[FloatArray]]:
-        """Return the configurations (M, 8) inside the limits, best first, and the nearest misses, clamped."""
-        lower, upper = self.group.lower, self.group.upper
-        self._unwind(q)
-        middle = q - self._middle
-        excess = (np.abs(middle, out=middle) - self._half).max(axis=1)
-        inside = excess <= 0.0
+        """Return the configurations of (8, M) inside the limits, best first, and the nearest misses, clamped."""
+        off = np.abs(q - self._middle)
+        inside = np.flatnonzero((off <= self._half).all(axis=0))
         best: list[FloatArray] = []
-        if inside.any():
-            good = q[inside]
-            edge = (self._half - middle[inside]) / self._range  # of the nearer limit
-            cost = np.maximum(0.0, 1.0 - edge.min(axis=1) / _MARGIN)
+        if len(inside) > 0:
+            good = q.take(inside, axis=1)
+            edge = ((self._half - off.take(inside, axis=1)) * self._per_range).min(axis=0)  # of the nearer limit
+            cost = np.maximum(0.0, 1.0 - edge * (1.0 / _MARGIN))
             if seeds:
-                cost = cost + (np.abs(good - seeds[0]) * self._scale).max(axis=1)
-            best = list(good[np.argsort(cost)])
-            excess[inside] = np.inf
-        if len(q) <= 8 * (_ROUNDS[0] + len(seeds)):
+                cost += (np.abs(good - seeds[0][:, None]) * self._scale).max(axis=0)
+            best = list(good.T[np.argsort(cost)])
+        if q.shape[1] <= 8 * (_ROUNDS[0] + len(seeds)):
             return best, []
         # the nearest miss of each posture
-        missed = np.nan_to_num(excess, nan=np.inf).reshape(8, -1)
+        excess = np.nan_to_num((off - self._half).max(axis=0), nan=np.inf)
+        excess[inside] = np.inf
+        missed = excess.reshape(8, -1)
         nearest = np.argmin(missed, axis=1) + np.arange(8) * missed.shape[1]
         order = nearest[np.argsort(excess[nearest])]
-        return best, [np.clip(q[i], lower, upper) for i in order if np.isfinite(excess[i])]
-
-    def _unwind(self, q: FloatArray) -> None:
-        """Add whole turns, in place, where that brings an angle into its range."""
-        turns = q[..., 2:]
-        turns[turns < self.group.lower[2:]] += 2.0 * np.pi
+        return best, [np.clip(q[:, i], self.group.lower, self.group.upper) for i in order if np.isfinite(excess[i])]
 
     def _far(self, target: FloatArray) -> str:
         position = ", ".join(f"{v:.2f}" for v in target[:3, 3])

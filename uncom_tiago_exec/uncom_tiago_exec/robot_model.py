@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import itertools
 import logging
 import os
@@ -238,7 +239,7 @@ class ArmGroup:
         pin.framesForwardKinematics(model, self.data, np.zeros(8))
         self._shoulder = np.array(self.data.oMi[model.getJointId(f"arm_{side}_1_joint")].translation)
         wrist = self.data.oMi[model.getJointId(f"arm_{side}_7_joint")]
-        self._tool_to_wrist = np.array((self.data.oMf[self.tool].inverse() * wrist).homogeneous)
+        self._tool_to_wrist = np.array((self.data.oMf[self.tool].inverse() * wrist).homogeneous)[:, 3]
         self.links = tuple(link_of_geometry(g.name) for g in geometry.geometryObjects)
         self.joints = tuple(int(g.parentJoint) for g in geometry.geometryObjects)
         self.body_pairs: tuple[tuple[int, int], ...] = ()
@@ -264,12 +265,9 @@ class ArmGroup:
 
     def within_reach(self, pose: FloatArray) -> bool:
         """Tell quickly whether the wrist of a hand pose (4, 4) can be near enough to the shoulder."""
-        wrist = (pose @ self._tool_to_wrist)[:3, 3]
-        low, high = self._shoulder.copy(), self._shoulder.copy()
-        low[2] += self.lower[0]
-        high[2] += self.upper[0]
-        nearest = np.clip(wrist, low, high)
-        return bool(np.linalg.norm(wrist - nearest) <= self.reach)
+        x, y, z = (pose[:3] @ self._tool_to_wrist - self._shoulder).tolist()
+        risen = min(max(z, float(self.lower[0])), float(self.upper[0]))
+        return math.hypot(x, y, z - risen) <= self.reach
 
     def clamp(self, q: FloatArray) -> FloatArray:
         """Return the nearest configuration inside the limits."""
