@@ -6,10 +6,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
+import cv2
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from uncom_tiago_exec.types import FloatArray
+
+_VOTERS = 200  # points that choose among circles
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,9 +42,11 @@ def robust_circle(
     usable = (radii >= radius_range[0]) & (radii <= radius_range[1])
     if not usable.any():
         return None
-    distance = np.linalg.norm(points[None] - centres[usable, None], axis=2) - radii[usable, None]
-    close_all = np.abs(distance) < tolerance
-    best = close_all[int(close_all.sum(axis=1).argmax())]
+    voters = points[:: max(1, len(points) // _VOTERS)]
+    x, y = (voters - centres[usable, None]).transpose(2, 0, 1)
+    votes = np.count_nonzero(np.abs(np.sqrt(x * x + y * y) - radii[usable, None]) < tolerance, axis=1)
+    k = np.flatnonzero(usable)[int(votes.argmax())]
+    best = np.abs(np.linalg.norm(points - centres[k], axis=1) - radii[k]) < tolerance
     if best.sum() < 8:
         return None
     circle = fit_circle(points[best])
@@ -106,11 +110,10 @@ def fit_round(cloud: FloatArray, table_z: float) -> Circle | None:
     if ball is not None:
         return ball
     xy = cloud[:, :2]
-    try:
-        hull = ConvexHull(xy)
-    except QhullError:
+    origin = xy.mean(axis=0)
+    corners = cv2.convexHull((xy - origin).astype(np.float32))[:, 0].astype(float) + origin
+    if len(corners) < 3:
         return None
-    corners = xy[hull.vertices]
     outline = _along(np.vstack([corners, corners[:1]]), 0.003)
     found = robust_circle(outline, 0.003, (0.015, 0.12))
     if found is None:

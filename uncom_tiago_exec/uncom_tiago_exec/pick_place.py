@@ -16,7 +16,6 @@ from dataclasses import replace
 import numpy as np
 
 from uncom_tiago_exec.arm_planner import TABLE_ONLY, ArmPlanner
-from uncom_tiago_exec.carrying import straight_over
 from uncom_tiago_exec.choosing import failure_of, in_order, refusal, same_grasp
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import (
@@ -27,7 +26,8 @@ from uncom_tiago_exec.exceptions import (
     UnreachableError,
 )
 from uncom_tiago_exec.grasps import Grasp, grasp_candidates
-from uncom_tiago_exec.placing import Destination, destination, place_options
+from uncom_tiago_exec.letting_go import let_go
+from uncom_tiago_exec.placing import Destination, destination
 from uncom_tiago_exec.plan import GripStep, Plan, Step
 from uncom_tiago_exec.pouring import find_pour
 from uncom_tiago_exec.pushing import GAP, find_push
@@ -47,9 +47,7 @@ from uncom_tiago_exec.types import SIDES, FloatArray, ManipulationTask, Side, St
 
 _LOG = logging.getLogger(__name__)
 _ENOUGH = 3  # grasps that work, to choose the quickest of
-_PLACES = 3  # ways to let go that work, to choose the nearest of
 _LIFTS = (0.12, 0.08, 0.05)
-_LOWERS = (0.1, 0.07, 0.04)
 _STEEP = -0.8  # least z of an approach direction for pouring
 _POOR = 0.1  # quality of grasps below which a thing is rather pushed where it can be, and once one has failed
 _POOR_AGAIN = 0.3
@@ -215,40 +213,13 @@ class PickPlacePlanner:
                 approach = arm.straight(reaching, q, -grasp.retreat * grasp.approach)[::-1]
                 lift = arm.lift_height(arm.carrying(grasp, TABLE_ONLY), q, _LIFTS)
                 taken = Reach(arm, grasp, approach, lift)
-                reach = taken if goal is None else self._let_go(arm, grasp, goal, taken, effort)
+                reach = taken if goal is None else let_go(arm, grasp, goal, taken, effort)
             except (InCollisionError, PlanningError) as err:
                 failure = err
                 continue
             arm.hint = q
             return reach
         raise failure
-
-    def _let_go(self, arm: ArmPlanner, grasp: Grasp, goal: Destination, taken: Reach, effort: int) -> Reach:
-        """Complete a reach by the place option that is quickly got to, among the first few that work."""
-        carrying = arm.carrying(grasp, goal.touches)
-        gap = min(grasp.opening, grasp.width + 0.03)
-        error: ExecutionError = UnreachableError("place")
-        found: list[Reach] = []
-        for place in place_options(goal, arm.scene.moved, grasp, arm.group.gripper, coarse=effort == 0):
-            try:
-                q = arm.solver.solutions(place.hand, [taken.lift[-1], arm.start], carrying, restarts=effort)[0]
-                lower = arm.lift_height(carrying, q, _LOWERS)[::-1]
-                over, lower = straight_over(arm, grasp, taken.lift[-1], carrying, lower)
-                leaving = arm.leaving(gap, place.motion, frozenset({arm.scene.moved.name}))
-                retreat = arm.straight(leaving, lower[-1], -max(grasp.retreat, 0.08) * place.hand[:3, 0])
-                found.append(Reach(arm, grasp, taken.approach, taken.lift, place, lower, retreat, gap, over))
-            except UnreachableError:
-                continue
-            except (InCollisionError, PlanningError) as err:
-                error = err
-                continue
-            if len(found) == _PLACES or found[-1].over is not None:
-                break
-        if found:
-            return min(found, key=Reach.hop)
-        if isinstance(error, UnreachableError):
-            raise UnreachableError("place")
-        raise error
 
     def _connect(self, reaches: Sequence[Reach], scene: SceneModel, task: ManipulationTask) -> Plan:
         """Plan the free motions between the straight parts of the best reach, or of the next one."""
@@ -292,7 +263,7 @@ class PickPlacePlanner:
         arm = ArmPlanner(self.robot, held.side, positions, scene, self.config)
         here = arm.group.clamp(arm.start)
         taken = Reach(arm, held.grasp, here[None], np.vstack([here, here]))
-        reach = self._let_go(arm, held.grasp, goal, taken, 2)
+        reach = let_go(arm, held.grasp, goal, taken, 2)
         steps = placing_steps(reach, held.home, 0.0)
         plan = Plan(held.side, steps, scene, held.grasp, reach.place.motion if reach.place else None)
         return self._timed_plan(plan, started, {"held": time.thread_time() - began})

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-import math
 import itertools
 import logging
+import math
 import os
 import re
 import warnings

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 from uncom_perception.types import Detection
 
 from uncom_tiago_exec.circles import Circle, fit_rim, fit_round
@@ -18,6 +18,7 @@ from uncom_tiago_exec.exceptions import RefusedError
 from uncom_tiago_exec.types import FloatArray
 
 VOXEL = 0.004  # [m]
+_AROUND = np.ones((3, 3), dtype=np.uint8)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,31 +114,13 @@ def smallest_rectangle(points: FloatArray) -> tuple[FloatArray, float, FloatArra
     """Return centre (2,), yaw of the long side [rad], extents (long, short) of the smallest rectangle around (N, 2)."""
     if len(points) == 0:
         raise RefusedError("an object without points cannot be handled")
-    points = _outer(points)
-    coarse = _upright_rectangle(points, np.radians(np.arange(0.0, 90.0, 4.0)))
-    _, yaw, centre, extent = _upright_rectangle(points, coarse[1] + np.radians(np.arange(-4.0, 4.01, 0.5)))
-    if extent[1] > extent[0]:
-        yaw, extent = yaw + np.pi / 2.0, extent[::-1]
-    return centre, float((yaw + np.pi / 2.0) % np.pi - np.pi / 2.0), np.maximum(extent, 0.003)
-
-
-def _outer(points: FloatArray) -> FloatArray:
-    """Return the corners of the convex hull of points (N, 2), or the points where there is none."""
-    try:
-        return np.asarray(points[ConvexHull(points).vertices])
-    except QhullError:
-        return points
-
-
-def _upright_rectangle(points: FloatArray, angles: FloatArray) -> tuple[float, float, FloatArray, FloatArray]:
-    """Return area, angle, centre (2,) and extents (2,) of the smallest rectangle among those turned by angles (K,)."""
-    cos, sin = np.cos(angles), np.sin(angles)
-    turns = np.stack([np.stack([cos, sin], axis=1), np.stack([-sin, cos], axis=1)], axis=1)
-    local = np.einsum("kij,nj->kni", turns, points)
-    low, high = local.min(axis=1), local.max(axis=1)
-    areas = np.prod(np.maximum(high - low, 1e-4), axis=1)
-    k = int(areas.argmin())
-    return float(areas[k]), float(angles[k]), turns[k].T @ (0.5 * (low[k] + high[k])), high[k] - low[k]
+    origin = points.mean(axis=0)
+    centre, extent, angle = cv2.minAreaRect((points - origin).astype(np.float32))
+    yaw, (long, short) = float(np.radians(angle)), extent
+    if short > long:
+        yaw, long, short = yaw + np.pi / 2.0, short, long
+    yaw = float((yaw + np.pi / 2.0) % np.pi - np.pi / 2.0)
+    return np.asarray(origin + centre), yaw, np.maximum([long, short], 0.003)
 
 
 def _clean(cloud: FloatArray, table_z: float) -> FloatArray:
@@ -145,9 +128,9 @@ def _clean(cloud: FloatArray, table_z: float) -> FloatArray:
     cloud = cloud[(cloud[:, 2] > table_z - 0.01) & (cloud[:, 2] < table_z + 0.6)]
     if len(cloud) < 30:
         return cloud
-    low, high = np.quantile(cloud, 0.01, axis=0), np.quantile(cloud, 0.99, axis=0)
+    low, high = np.quantile(cloud, (0.01, 0.99), axis=0)
     slack = 0.25 * (high - low) + 0.006
-    return cloud[((cloud >= low - slack) & (cloud <= high + slack)).all(axis=1)]
+    return np.asarray(cloud[((cloud >= low - slack) & (cloud <= high + slack)).all(axis=1)])
 
 
 def _revolve(visible: FloatArray, axis: Circle, solid: bool, table_z: float) -> FloatArray:
@@ -169,12 +152,21 @@ def _revolve(visible: FloatArray, axis: Circle, solid: bool, table_z: float) -> 
 
 
 def _fill(visible: FloatArray, table_z: float) -> FloatArray:
-    """Add points straight down to the table."""
+    """Add a wall straight down to the table under the outline of what is seen, and a bottom."""
+    cells = np.floor(visible[:, :2] / VOXEL).astype(np.intp)
+    cells -= cells.min(axis=0) - 1
+    size = tuple(cells.max(axis=0) + 2)
     layers = [visible]
     top = float(visible[:, 2].max())
-    for level in np.linspace(table_z + 0.002, top, min(16, 2 + int((top - table_z) / 0.008)), endpoint=False):
-        above = visible[visible[:, 2] > level + 0.004]
-        layers.append(np.column_stack([above[:, :2], np.full(len(above), level)]))
+    levels = np.linspace(table_z + 0.002, top, min(16, 2 + int((top - table_z) / 0.008)), endpoint=False)
+    for level in levels:
+        above = visible[:, 2] > level + 0.004
+        if level > levels[0]:
+            covered = np.zeros(size, dtype=np.uint8)
+            covered[tuple(cells[above].T)] = 1
+            inner = cv2.erode(cv2.morphologyEx(covered, cv2.MORPH_CLOSE, _AROUND), _AROUND)
+            above &= inner[tuple(cells.T)] == 0
+        layers.append(np.column_stack([visible[above, :2], np.full(int(np.count_nonzero(above)), level)]))
     return thin(np.vstack(layers), VOXEL)
 
 
