@@ -145,3 +145,15 @@ class ObedientRobot(RobotInterface):
     def look(self):
         self.widths = self.widths[1:] or self.widths
         return self.scene
+
+
+class LookingOn(ObedientRobot):
+    """Shows one scene after the other, the last one from then on."""
+
+    def __init__(self, scenes, widths):
+        super().__init__(scenes[0], widths)
+        self.scenes = list(scenes)
+
+    def look(self):
+        self.scene = self.scenes.pop(0) if self.scenes else self.scene
+        return self.scene

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from exec_fixtures import (
+    LookingOn,
     ObedientRobot,
     ball_cloud,
     box_cloud,
@@ -216,7 +217,9 @@ def test_after_a_stop_the_next_command_begins_with_going_home():
     things = lemon_and_bowl(np.random.default_rng(0))
     in_bowl = ball_cloud(0.6, -0.08, 0.027, np.random.default_rng(1)) + np.array([0, 0, 0.01])
     after = [detection("lemon", in_bowl), *things[1:]]
-    machine = ObedientRobot(Scene(0.0, "base_footprint", tuple(after), flat_table(), (), "test"), [0.05], stop_at=2)
+    scenes = [Scene(0.0, "base_footprint", tuple(seen), flat_table(), (), "test") for seen in (things, after)]
+    machine = LookingOn(scenes, [0.05] * 3)
+    machine.stop_at = 2
     engine = Engine(robot(), machine, CONFIG, lambda _: None)
     assert engine.execute(make_task(things, "put_in", target="bowl")).stage != Stage.DONE
     away = max(abs(machine.joints[n] - v) for n, v in start_positions().items() if "finger" not in n)

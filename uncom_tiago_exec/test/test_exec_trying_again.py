@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 from exec_fixtures import (
+    LookingOn,
     ObedientRobot,
     ball_cloud,
     bowl_cloud,
@@ -38,18 +39,6 @@ def scene_of(*things):
 
 def lemon_at(x, y, z=0.0, seed=1):
     return detection("lemon", ball_cloud(x, y, 0.027, np.random.default_rng(seed)) + np.array([0.0, 0.0, z]))
-
-
-class LookingOn(ObedientRobot):
-    """Shows one scene after the other, the last one from then on."""
-
-    def __init__(self, scenes, widths):
-        super().__init__(scenes[0], widths)
-        self.scenes = list(scenes)
-
-    def look(self):
-        self.scene = self.scenes.pop(0) if self.scenes else self.scene
-        return self.scene
 
 
 def test_a_held_thing_is_carried_upright():

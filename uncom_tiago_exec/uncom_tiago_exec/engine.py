@@ -11,9 +11,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
-import numpy as np
-
 from uncom_tiago_exec.config import ExecutionConfig
+from uncom_tiago_exec.driving import BaseDriver
 from uncom_tiago_exec.exceptions import (
     ExecutionError,
     GraspFailedError,
@@ -26,14 +25,16 @@ from uncom_tiago_exec.exceptions import (
     UnreachableError,
 )
 from uncom_tiago_exec.from_nearer import FromNearer
-from uncom_tiago_exec.midway import after_moving, middle_places, to_middle
 from uncom_tiago_exec.nearer import seen_from
+from uncom_tiago_exec.own_body import own_body, with_held, without
 from uncom_tiago_exec.performing import Performer, Report
 from uncom_tiago_exec.pick_place import PLACING, PickPlacePlanner
-from uncom_tiago_exec.plan import Plan
+from uncom_tiago_exec.plan import MoveStep, Plan
+from uncom_tiago_exec.recovery import is_astray
 from uncom_tiago_exec.robot_interface import RobotInterface
 from uncom_tiago_exec.robot_model import RobotModel
-from uncom_tiago_exec.sightings import found_again, nearest
+from uncom_tiago_exec.scene_model import build_scene, replace_moved
+from uncom_tiago_exec.sightings import followed
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Outcome, Stage
 from uncom_tiago_exec.verification import expected_place, verify
 
@@ -53,39 +54,65 @@ class Engine:
         self._nearer = FromNearer(self._planner, robot, config)
         self._config = config
         self._hand = Performer(model, robot, config, report)
-        self._ahead = 0.0  # [m] the base has been driven on
+        self._base = BaseDriver(robot)
         self._verification: dict[str, object] = {}
         self._under_way: Plan | None = None
+        self._before: ManipulationTask | None = None  # what that plan was made for
         self._unfinished: Plan | None = None
 
     def execute(self, task: ManipulationTask) -> Outcome:
         """Carry out a task; every stage is reported, the last one is DONE, FAILED or STOPPED."""
         self._hand.stage, self._verification = Stage.IDLE, {}
         try:
-            task = seen_from(task, -self._ahead)  # it was seen from where the base was stopped
-            self._finish_what_was_stopped()
-            text = self._place_held(task) if self._hand.in_hand else self._run(task)
+            own = self._own_among(task)
+            task = seen_from(without(task, own), -self._base.ahead)  # seen from where the base was stopped
+            task = self._finish_what_was_left(task)
+            text = self._place_held(task, own) if self._hand.in_hand else self._run(task)
         except StoppedError as error:
             self._unfinished = self._under_way
             return self._end(Stage.STOPPED, str(error))
         except ExecutionError as error:
+            self._unfinished = self._astray()
             return self._end(Stage.FAILED, str(error))
         return self._end(Stage.DONE, text)
 
-    def _finish_what_was_stopped(self) -> None:
-        """Go home first if the last command was stopped on its way."""
-        if self._unfinished is not None and not self._hand.recover(
-            self._unfinished, "first I go back to where I began"
-        ):
-            raise RefusedError("there is no free way back to where I began; make room around my arm")
-        self._unfinished = None
-        self._drive_back()
+    def _own_among(self, task: ManipulationTask) -> frozenset[str]:
+        """Return the ids of what was seen of the robot itself, and of what it holds."""
+        held = self._under_way if self._hand.in_hand else None
+        return own_body(self.model, self._robot.positions(), held).among((*task.scene, task.object))
 
-    def _place_held(self, task: ManipulationTask) -> str:
-        """Set down what an earlier command has put into the hand."""
+    def _astray(self) -> Plan | None:
+        """Return the plan under way if its arm was left elsewhere than at home, with nothing in its hand."""
         plan = self._under_way
-        held = self._hand.in_hand
-        if plan is None or self._hand.holds_nothing(plan):
+        gone = plan is not None and not self._hand.in_hand and is_astray(self.model, plan, self._robot.positions())
+        return plan if gone else None
+
+    def _finish_what_was_left(self, task: ManipulationTask) -> ManipulationTask:
+        """Go home first if the last command was stopped, or failed, on its way; then look where everything is now.
+
+        Raises:
+            RefusedError: there is no way home, neither through what was seen before nor through what is seen now.
+        """
+        plan = self._unfinished
+        if plan is None and self._base.ahead == 0.0:
+            return task
+        if plan is not None:
+            why = "first I go back to where I began"
+            if not (self._hand.recover(plan, why) or self._hand.recover(self._as_seen_now(plan, task), why)):
+                raise RefusedError("there is no free way back to where I began; make room around my arm")
+        self._unfinished = None
+        self._base.back()
+        return task if self._hand.in_hand else self._seen_again(task) or task
+
+    def _as_seen_now(self, plan: Plan, task: ManipulationTask) -> Plan:
+        """Return a plan with everything where it is seen now, but for what is in the hand."""
+        scene = build_scene(seen_from(task, self._base.ahead))
+        return replace(plan, scene=replace_moved(scene, plan.scene.moved) if self._hand.in_hand else scene, motion=None)
+
+    def _place_held(self, task: ManipulationTask, own: frozenset[str]) -> str:
+        """Set down what an earlier command has put into the hand."""
+        plan, held = self._under_way, self._hand.in_hand
+        if plan is None or self._before is None or self._hand.holds_nothing(plan):
             self._hand.in_hand = ""
             if plan is not None:
                 self._hand.recover(plan, "my hand is empty; I go back to where I began")
@@ -94,25 +121,33 @@ class Engine:
         if task.primitive not in PLACING or (task.object_text and not words):
             raise RefusedError(f"I hold the {held}; tell me first where to put it")
         self._hand.tell(Stage.PLANNING, f"looking for a place for the {held}", plan.side)
+        task = with_held(task, self._before, own)
         try:
             return self._set_down(task, plan)
         except _OTHERWISE:
             ahead = self._nearer.for_held(task, plan) if self._hand.in_hand else None
             if ahead is None:
                 raise
-        with self._driven(ahead):
-            return self._set_down(seen_from(task, self._ahead), plan)
+        with self._nearer_by(ahead):
+            return self._set_down(seen_from(task, self._base.ahead), plan)
 
     def _set_down(self, task: ManipulationTask, plan: Plan) -> str:
         """Bring what a plan has put into the hand to its place."""
         placing = self._planner.plan_held(task, self._robot.positions(), plan)
+        first = next(step for step in plan.steps if isinstance(step, MoveStep))
+        placing = replace(placing, steps=(first, *placing.steps))  # home is still where the first motion began
+        self._begin(task, placing)
         try:
             self._hand.carry(placing)
             self._hand.place(placing)
         except (GraspFailedError, MotionError):
-            self._hand.recover(plan)
+            self._hand.recover(placing)
             raise
         return self._check(task, placing)
+
+    def _begin(self, task: ManipulationTask, plan: Plan) -> None:
+        """Remember what is under way, and what was seen before it, as from where the base began."""
+        self._under_way, self._before = plan, seen_from(task, -self._base.ahead)
 
     def _end(self, stage: Stage, text: str) -> Outcome:
         end = stage if stage == Stage.DONE else self._hand.stage
@@ -142,34 +177,16 @@ class Engine:
         Raises:
             MotionError: the base cannot be driven.
         """
-        with self._driven(ahead):
-            near = self._look_for(seen_from(task, self._ahead))
+        with self._nearer_by(ahead):
+            near = self._look_for(seen_from(task, self._base.ahead))
             return self._from_here(near, self._plan(near, [], 0, like))
 
     @contextmanager
-    def _driven(self, ahead: float) -> Iterator[None]:
-        """Drive nearer by a distance [m], and back at the end; after a stop the next command does that."""
+    def _nearer_by(self, ahead: float) -> Iterator[None]:
+        """Do something from a distance [m] nearer; see BaseDriver."""
         self._hand.tell(Stage.APPROACHING, f"driving {ahead * 100:.0f} cm nearer")
-        self._drive(ahead)
-        try:
+        with self._base.driven(ahead):
             yield
-        except ExecutionError as error:
-            if not isinstance(error, StoppedError):
-                self._drive_back()
-            raise
-        self._drive_back()
-
-    def _drive_back(self) -> None:
-        if self._ahead != 0.0:
-            self._drive(-self._ahead)
-            self._ahead = 0.0
-
-    def _drive(self, distance: float) -> None:
-        try:
-            self._ahead += self._robot.drive(distance)
-        except StoppedError as error:
-            self._ahead += error.driven_m
-            raise
 
     def _by_the_middle(self, task: ManipulationTask, refusal: RefusedError) -> str:
         """Set the thing down where the other arm, or the same from another side, can bring it to its place.
@@ -177,23 +194,12 @@ class Engine:
         Raises:
             RefusedError: that would not help; nothing has moved.
         """
-        if task.primitive not in (*PLACING, "push"):
+        found = self._nearer.by_the_middle(task) if task.primitive in (*PLACING, "push") else None
+        if found is None:
             raise refusal
-        for place in middle_places(task):
-            half = to_middle(task, place)
-            try:
-                plan = self._planner.plan(half, self._robot.positions())
-            except ExecutionError as error:
-                _LOG.debug("not by way of %s: %s", np.round(place, 2), error)
-                continue
-            rest = task if plan.motion is None else after_moving(task, plan.motion)
-            then = self._nearer.reaching(rest)
-            if then is not None:
-                break
-        else:
-            raise refusal
+        half, plan, rest, then = found
         self._hand.tell(Stage.PLANNING, "first I bring it to the middle of the table", plan.side)
-        self._from_here(half)
+        self._from_here(half, plan)
         seen = self._look_for(rest)
         ahead, like = then
         return self._from_nearer(seen, ahead, like) if ahead > 0.0 else self._from_here(seen)
@@ -203,7 +209,7 @@ class Engine:
         failed: list[FloatArray] = []
         for attempt in range(self._config.grasp_attempts):
             plan = ready if ready is not None and attempt == 0 else self._plan(task, failed, attempt)
-            self._under_way = plan
+            self._begin(task, plan)
             try:
                 return self._carried_out(task, plan)
             except (GraspFailedError, MisplacedError) as error:
@@ -232,8 +238,8 @@ class Engine:
         try:
             self._hand.place(plan)
         except MotionError:
-            self._hand.recover(plan)
-            raise
+            if not self._hand.recover(plan) or self._hand.in_hand or task.primitive == "point":
+                raise  # else it was let go: where it lies is seen now
         if task.primitive == "point":
             return f"that is the {task.object_text or task.object.label or 'object'}"
         return self._check(task, plan)
@@ -274,15 +280,7 @@ class Engine:
 
     def _seen_again(self, task: ManipulationTask, plan: Plan | None = None) -> ManipulationTask | None:
         """Look again; return the task with everything where it is now, or None if the thing is not seen."""
-        scene = self._robot.look()
-        place = None if plan is None else expected_place(plan)
-        thing = found_again(scene, task, place)
-        if thing is None:
-            return None
-        target = nearest(scene, task.target) if task.target is not None else None
-        return replace(
-            task, object=thing, scene=scene.detections, table=scene.table or task.table, target=target or task.target
-        )
+        return followed(task, self._robot.look(), None if plan is None else expected_place(plan))
 
     def _check(self, task: ManipulationTask, plan: Plan) -> str:
         if not self._config.verify:

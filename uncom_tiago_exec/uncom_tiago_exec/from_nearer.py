@@ -11,6 +11,7 @@ import numpy as np
 from uncom_tiago_exec.arm_planner import ArmPlanner
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import ExecutionError
+from uncom_tiago_exec.midway import after_moving, middle_places, to_middle
 from uncom_tiago_exec.nearer import STEPS, room_ahead, seen_from
 from uncom_tiago_exec.pick_place import PickPlacePlanner
 from uncom_tiago_exec.plan import Plan
@@ -49,6 +50,23 @@ class FromNearer:
                 continue
             if good(plan):
                 return ahead, plan
+        return None
+
+    def by_the_middle(
+        self, task: ManipulationTask
+    ) -> tuple[ManipulationTask, Plan, ManipulationTask, tuple[float, Plan]] | None:
+        """Return the first half with its plan, the rest as it will be then, and how that is reached; or None."""
+        for place in middle_places(task):
+            half = to_middle(task, place)
+            try:
+                plan = self._planner.plan(half, self._robot.positions())
+            except ExecutionError as error:
+                _LOG.debug("not by way of %s: %s", np.round(place, 2), error)
+                continue
+            rest = task if plan.motion is None else after_moving(task, plan.motion)
+            then = self.reaching(rest)
+            if then is not None:
+                return half, plan, rest, then
         return None
 
     def surer(self, task: ManipulationTask, plan: Plan) -> tuple[float, Plan] | None:

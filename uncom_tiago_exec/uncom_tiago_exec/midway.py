@@ -6,15 +6,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 from uncom_perception.types import Detection
 
 from uncom_tiago_exec.obstacles import on_table, upright
 from uncom_tiago_exec.shapes import smallest_rectangle
 from uncom_tiago_exec.types import FloatArray, ManipulationTask
 
-_X = (0.50, 0.56, 0.62, 0.68)  # [m] of places both arms reach
-_Y = (0.0, 0.06, -0.06, 0.12, -0.12)
+_X = tuple(0.46 + 0.03 * i for i in range(9))  # [m] of places both arms reach
+_Y = tuple(0.03 * i for i in range(-6, 7))
 _CLEAR = 0.055  # [m] from other things: a finger, and what the camera gets wrong
+_LEAST = 0.03  # [m] from other things, where nothing freer is as near
+_DEARER = 5.0  # [m] of way that a metre of lacking clearance is worth
 _APART = 0.07  # [m] between two places that are tried
 _MOST = 4
 
@@ -29,19 +32,25 @@ def middle_places(task: ManipulationTask) -> list[FloatArray]:
     radius = 0.5 * float(extent[0])  # on the table however it is turned
     narrow = 0.5 * float(extent[1])  # beside other things in one way at least; planning finds which
     others = [np.asarray(d.geometry.cloud, dtype=float)[:, :2] for d in _others(task) if d.geometry is not None]
-    points = np.vstack(others) if others else np.zeros((0, 2))
-    places = [np.array([x, y]) for x in _X for y in _Y]
+    tree = cKDTree(np.vstack(others)) if others else None
     goal = _goal(task)
-    places.sort(key=lambda p: float(np.linalg.norm(p - middle) + np.linalg.norm(p - goal)) + abs(float(p[1])))
+
+    def room(place: FloatArray) -> float:
+        return float(tree.query(place)[0]) - narrow if tree is not None else np.inf
+
+    def cost(place: FloatArray) -> float:
+        way = float(np.linalg.norm(place - middle) + np.linalg.norm(place - goal))
+        return way + abs(float(place[1])) + _DEARER * max(0.0, _CLEAR - room(place))
+
+    half = 0.5 * (middle + goal)
+    places = sorted((np.array([x, y]) for x in _X for y in _Y), key=cost)
     found: list[FloatArray] = []
-    for place in [0.5 * (middle + goal), *places]:
+    for place in [*([half] if room(half) >= _CLEAR else []), *places]:
         if len(found) >= _MOST:
             break
         if not on_table(table, place, radius + 0.02) or any(np.linalg.norm(place - p) < _APART for p in found):
             continue
-        if np.linalg.norm(place - middle) < 0.05 or np.linalg.norm(place - goal) < 0.05:
-            continue
-        if len(points) and float(np.linalg.norm(points - place, axis=1).min()) < narrow + _CLEAR:
+        if np.linalg.norm(place - middle) < 0.05 or np.linalg.norm(place - goal) < 0.05 or room(place) < _LEAST:
             continue
         found.append(place)
     return found

@@ -114,13 +114,17 @@ def place_options(
 def _place(
     goal: Destination, moved: ObjectShape, grasp: Grasp, gripper: GripperShape, turn: float, tilt: float
 ) -> Place:
-    """Turn and tilt the thing about its middle, and bring its lowest point to the height of release."""
+    """Turn and tilt the thing about its middle, and bring its lowest point to the height of release.
+
+    What is seen of it ends a little above what it stands on: by as much the hand would come lower than it took hold.
+    """
     closing = grasp.pose[:3, 1]
     rotation = Rotation.from_rotvec([0.0, 0.0, turn]) * Rotation.from_rotvec(-tilt * closing)
     motion = np.eye(4)
     motion[:3, :3] = rotation.as_matrix()
     motion[:3, 3] = -motion[:3, :3] @ moved.middle
-    low = float((moved.points @ motion[2, :3] + motion[2, 3]).min())
+    unseen = max(0.0, float(moved.points[:, 2].min()) - moved.bottom)
+    low = float((moved.points @ motion[2, :3] + motion[2, 3]).min()) - unseen
     hand = motion @ grasp.pose
     bottom = goal.bottom
     if goal.into is not None:

@@ -24,6 +24,7 @@ from uncom_tiago_exec.types import FloatArray, Trajectory
 _BACK = (0.1, 0.06, 0.03)  # [m] straight ways out to try first
 _ON_THE_WAY = 0.15  # [rad, or m] how far from a motion an arm may have come to rest
 _AT_HOME = 0.02  # [rad, or m]
+_ASTRAY = 0.05  # [rad, or m] farther from home something was not done to its end
 _PACE = 0.5
 
 
@@ -60,6 +61,12 @@ def way_home(
         except RefusedError:
             continue
     raise refusal
+
+
+def is_astray(robot: RobotModel, plan: Plan, positions: Mapping[str, float]) -> bool:
+    """Tell whether the arm of a plan is elsewhere than where the plan began."""
+    here = robot.group(plan.side, positions).vector(positions)
+    return float(np.abs(here - plan.home).max()) > _ASTRAY
 
 
 def _planned(arm: ArmPlanner, plan: Plan, here: FloatArray, left: Left) -> list[Trajectory]:

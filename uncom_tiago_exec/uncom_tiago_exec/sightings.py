@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from uncom_perception.types import Detection, Scene
 
@@ -55,3 +57,14 @@ def _is_at(seen: Detection, place: FloatArray, size: float) -> bool:
     """Tell whether something stands where another thing of like size stood."""
     near = float(np.linalg.norm(middle_of(seen) - place)) < _STILL
     return near and abs(float(np.log(max(extent(seen), 1e-3) / max(size, 1e-3)))) < _LIKE_SIZE
+
+
+def followed(task: ManipulationTask, scene: Scene, place: FloatArray | None = None) -> ManipulationTask | None:
+    """Return a task with everything where it is in a new picture, or None if its thing is not seen; see found_again."""
+    thing = found_again(scene, task, place)
+    if thing is None:
+        return None
+    target = nearest(scene, task.target) if task.target is not None else None
+    return replace(
+        task, object=thing, scene=scene.detections, table=scene.table or task.table, target=target or task.target
+    )

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What an earlier command left: an arm over the table, a thing in the hand, things that the arm hides."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exec_fixtures import (
+    LookingOn,
+    ball_cloud,
+    cylinder_cloud,
+    lemon_and_bowl,
+    make_task,
+    robot,
+    start_positions,
+)
+from uncom_perception.types import Scene
+from uncom_sim.bench_planning_scenes import detection, flat_table
+from uncom_tiago_exec.config import ExecutionConfig
+from uncom_tiago_exec.engine import Engine
+from uncom_tiago_exec.exceptions import MotionError
+from uncom_tiago_exec.midway import middle_places
+from uncom_tiago_exec.own_body import own_body, with_held
+from uncom_tiago_exec.pick_place import PickPlacePlanner
+from uncom_tiago_exec.plan import MoveStep
+from uncom_tiago_exec.types import Stage
+
+
+def held_up_at_home_too():
+    """A robot whose arm is held up on its way to the thing, and again when it goes back, and then no more."""
+
+    class HeldUp(LookingOn):
+        def follow(self, trajectory):
+            super().follow(trajectory)
+            if self.moves in (2, 3):
+                halfway = trajectory.positions[len(trajectory.times) // 2]
+                self.joints |= dict(zip(trajectory.joint_names, halfway, strict=True))
+                raise MotionError("arm_left_controller gave up: path tolerance")
+
+    return HeldUp
+
+
+def scene_of(things):
+    return Scene(0.0, "base_footprint", tuple(things), flat_table(), (), "test")
+
+
+def test_an_arm_that_could_not_go_home_goes_home_first_when_the_next_command_comes():
+    things = lemon_and_bowl(np.random.default_rng(0))
+    machine = held_up_at_home_too()([scene_of(things)], [0.05])
+    engine = Engine(robot(), machine, ExecutionConfig(verify=False), lambda _: None)
+    first = engine.execute(make_task(things, "put_in", target="bowl"))
+    assert not first.success
+    assert max(abs(machine.joints[n] - v) for n, v in start_positions().items() if "finger" not in n) > 0.1
+    second = engine.execute(make_task(things, "put_in", target="bowl"))
+    assert second.success, second.reason
+    assert all(abs(machine.joints[n] - v) < 0.01 for n, v in start_positions().items() if "finger" not in n)
+
+
+@pytest.fixture(scope="module")
+def picked():
+    """A task, its plan, and the joints with the lemon lifted."""
+    things = lemon_and_bowl(np.random.default_rng(0))
+    task = make_task(things, "pick")
+    plan = PickPlacePlanner(robot(), ExecutionConfig()).plan(task, start_positions())
+    lifted = [step.trajectory for step in plan.steps if isinstance(step, MoveStep)][-1]
+    joints = {**start_positions(), **dict(zip(lifted.joint_names, lifted.positions[-1], strict=True))}
+    return task, plan, joints
+
+
+def test_what_is_seen_of_the_hand_and_of_what_it_holds_is_the_robot_itself(picked):
+    task, plan, joints = picked
+    group = robot().group(plan.side, joints)
+    hand = group.forward(group.vector(joints))
+    rng = np.random.default_rng(3)
+    palm = hand[:3, 3] - 0.06 * hand[:3, 0]
+    palm_seen = detection("egg", palm + rng.uniform(-0.02, 0.02, (200, 3)))
+    middle = np.append(plan.scene.moved.middle, 1.0)
+    lemon_now = (hand @ np.linalg.inv(plan.grasp.pose) @ middle)[:3]
+    lemon_seen = detection("lemon", lemon_now + 0.4 * rng.uniform(-0.05, 0.05, (200, 3)))
+    seen = (palm_seen, lemon_seen, *task.scene[1:])
+    own = own_body(robot(), joints, plan)
+    assert own.among(seen) == {"egg", "lemon"}
+    assert own_body(robot(), joints).among(task.scene) == set()
+
+
+def test_with_a_thing_in_the_hand_all_others_stay_where_they_are_the_named_and_the_hidden_too(picked):
+    before, *_ = picked
+    lemon, bowl, box = before.scene
+    can = detection("can", cylinder_cloud(0.55, -0.3, 0.033, 0.11, np.random.default_rng(4)))
+    seen = replace(before, object=can, scene=(can, box))  # the arm hides the bowl
+    task = with_held(seen, before, frozenset())
+    assert task.object.geometry is lemon.geometry
+    places = {thing.id for thing in task.scene}
+    assert places == {"can", "box", "hidden bowl"}
+    again = with_held(replace(seen, scene=(can, bowl, box)), before, frozenset())
+    assert {thing.id for thing in again.scene} == {"can", "bowl", "box"}
+
+
+def test_what_was_taken_low_over_the_table_can_be_set_down_again():
+    """The lowest points that are seen of a thing are a little above the table; the hand comes no lower for that."""
+    rng = np.random.default_rng(5)
+    cup = cylinder_cloud(0.66, -0.16, 0.036, 0.08, rng)
+    cup = cup[cup[:, 2] > cup[:, 2].min() + 0.004]
+    things = [detection("cup", cup), detection("apple", ball_cloud(0.6, -0.36, 0.035, rng))]
+    planner = PickPlacePlanner(robot(), ExecutionConfig())
+    plan = planner.plan(make_task(things, "pick"), start_positions())
+    lifted = [step.trajectory for step in plan.steps if isinstance(step, MoveStep)][-1]
+    joints = {**start_positions(), **dict(zip(lifted.joint_names, lifted.positions[-1], strict=True))}
+    placing = planner.plan_held(make_task(things, "place", place=(0.55, -0.15)), joints, plan)
+    lowest = [step.trajectory for step in placing.steps if isinstance(step, MoveStep) and step.stage == Stage.PLACING]
+    group = robot().group(plan.side, joints)
+    assert group.forward(lowest[-1].positions[-1])[2, 3] > plan.grasp.pose[2, 3] - 1e-4
+
+
+def test_in_a_crowded_middle_there_is_still_a_place_for_what_one_arm_cannot_bring_all_the_way():
+    rng = np.random.default_rng(6)
+    things = [detection("cup", cylinder_cloud(0.65, -0.28, 0.04, 0.08, rng))]
+    taken = [(0.65, 0.15), (0.64, -0.11), (0.51, 0.04)]
+    for i, (x, y) in enumerate(taken):
+        things.append(detection(f"can{i}", cylinder_cloud(x, y, 0.035, 0.11, rng)))
+    places = middle_places(make_task(things, "place", place=(0.54, 0.28)))
+    assert places
+    for place in places:
+        assert abs(place[1]) < 0.2
+        assert all(
+            np.linalg.norm(place - xy) > 0.035 + 0.04 + 0.02 for xy in [(0.65, 0.15), (0.64, -0.11), (0.51, 0.04)]
+        )
