@@ -26,6 +26,13 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--in-a-row", type=natural_number, default=0, metavar="N", help="N commands to one robot, one after the other"
     )
+    parser.add_argument(
+        "--stops",
+        type=natural_number,
+        default=0,
+        metavar="N",
+        help="stop one robot at N random moments of its commands",
+    )
     add_json(parser)
     parser.set_defaults(run=run)
 
@@ -33,7 +40,7 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the benchmark; 0 if nothing failed, 1 if something did."""
     with simulator_needed():
-        from uncom_sim import bench_execution, bench_in_a_row  # noqa: PLC0415  (only when it runs)
+        from uncom_sim import bench_execution, bench_in_a_row, bench_stops  # noqa: PLC0415  (only when it runs)
     if options.runs < 1 or options.jobs < 1:
         raise BadInputError("--runs and --jobs must be at least 1")
     if options.in_a_row:
@@ -43,6 +50,13 @@ def run(options: argparse.Namespace) -> int:
         else:
             output.emit(bench_in_a_row.table(turns))
         return 0 if turns["succeeded"] == turns["commands"] else 1
+    if options.stops:
+        stopped = bench_stops.run_stops(options.stops, options.seed, output.note)
+        if options.json:
+            output.emit_json(stopped)
+        else:
+            output.emit(bench_stops.table(stopped))
+        return 0 if stopped["usable"] == stopped["still"] == options.stops else 1
     shots = Path(options.shots) if options.shots else None
     if shots is not None:
         shots.mkdir(parents=True, exist_ok=True)
