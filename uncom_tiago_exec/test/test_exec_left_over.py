@@ -23,6 +23,7 @@ from uncom_tiago_exec.midway import middle_places
 from uncom_tiago_exec.own_body import own_body, with_held
 from uncom_tiago_exec.pick_place import PickPlacePlanner
 from uncom_tiago_exec.plan import MoveStep
+from uncom_tiago_exec.recovery import Left, way_home
 from uncom_tiago_exec.types import Stage
 
 
@@ -125,3 +126,18 @@ def test_in_a_crowded_middle_there_is_still_a_place_for_what_one_arm_cannot_brin
         assert all(
             np.linalg.norm(place - xy) > 0.035 + 0.04 + 0.02 for xy in [(0.65, 0.15), (0.64, -0.11), (0.51, 0.04)]
         )
+
+
+def test_from_around_a_tall_thing_just_let_go_the_hand_goes_back_along_its_fingers():
+    """Straight up it would still be around the thing."""
+    rng = np.random.default_rng(7)
+    things = [detection("bottle", cylinder_cloud(0.6, 0.2, 0.033, 0.24, rng))]
+    planner = PickPlacePlanner(robot(), ExecutionConfig())
+    plan = planner.plan(make_task(things, "place", place=(0.6, 0.0)), start_positions())
+    lower = next(step.trajectory for step in plan.steps if isinstance(step, MoveStep) and step.stage == Stage.PLACING)
+    half = 0.5 * plan.grasp.width + 0.001  # the fingers have hardly opened
+    fingers = {f"gripper_{plan.side}_{finger}_finger_joint": half for finger in ("left", "right")}
+    joints = {**start_positions(), **dict(zip(lower.joint_names, lower.positions[-1], strict=True)), **fingers}
+    ways = way_home(robot(), plan, joints, ExecutionConfig(), Left(released=True, last=lower))
+    assert np.abs(ways[-1].positions[-1] - plan.home).max() < 0.02
+    assert np.allclose(ways[0].positions[0], lower.positions[-1], atol=1e-3)

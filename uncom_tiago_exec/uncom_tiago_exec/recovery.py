@@ -16,7 +16,7 @@ from uncom_tiago_exec.arm_planner import TABLE_ONLY, ArmPlanner
 from uncom_tiago_exec.carrying import carried
 from uncom_tiago_exec.collision import CollisionChecker
 from uncom_tiago_exec.config import ExecutionConfig
-from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError, RefusedError
+from uncom_tiago_exec.exceptions import InCollisionError, PlanningError, RefusedError
 from uncom_tiago_exec.plan import Plan
 from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.types import FloatArray, Trajectory
@@ -77,9 +77,17 @@ def _planned(arm: ArmPlanner, plan: Plan, here: FloatArray, left: Left) -> list[
         free.relax_at(goal)
     try:
         return [arm.timed(_way(arm, plan, left, free, here, goal), free, _PACE)]
-    except InCollisionError:
-        out, near = _way_out(arm, here, plan, left)
-        return [arm.timed(out, near, 0.4), arm.timed(_way(arm, plan, left, free, out[-1], goal), free, _PACE)]
+    except RefusedError as error:  # open fingers around a thing are free, and yet find no way at random
+        refusal = error
+    near = _checker(arm, plan, left, near=True)
+    if not near.is_free(here):
+        near.relax_at(here)
+    for out in _ways_out(arm, here, near, left):
+        try:
+            return [arm.timed(out, near, 0.4), arm.timed(_way(arm, plan, left, free, out[-1], goal), free, _PACE)]
+        except RefusedError as error:
+            refusal = error
+    raise refusal
 
 
 def _way(
@@ -101,20 +109,15 @@ def _checker(arm: ArmPlanner, plan: Plan, left: Left, *, near: bool) -> Collisio
     return arm.reaching(gap) if near else arm.free(gap)
 
 
-def _way_out(arm: ArmPlanner, here: FloatArray, plan: Plan, left: Left) -> tuple[FloatArray, CollisionChecker]:
-    """Return a straight way up, or back along the fingers, that touches nothing new."""
-    near = _checker(arm, plan, left, near=True)
-    if not near.is_free(here):
-        near.relax_at(here)
-    back = -arm.group.forward(here)[:3, 0]
-    error: ExecutionError = PlanningError("there is no free way out")
-    for direction in (np.array([0.0, 0.0, 1.0]), back):
+def _ways_out(arm: ArmPlanner, here: FloatArray, near: CollisionChecker, left: Left) -> Iterator[FloatArray]:
+    """Yield straight ways back along the fingers, and up, that touch nothing new; up first with something held."""
+    up, back = np.array([0.0, 0.0, 1.0]), -arm.group.forward(here)[:3, 0]
+    for direction in (up, back) if left.holding else (back, up):
         for distance in _BACK:
             try:
-                return arm.straight(near, here, distance * direction), near
-            except (InCollisionError, PlanningError) as err:
-                error = err
-    raise error
+                yield arm.straight(near, here, distance * direction)
+            except (InCollisionError, PlanningError):
+                continue
 
 
 def _along(arm: ArmPlanner, here: FloatArray, left: Left) -> Iterator[Trajectory]:
