@@ -4,9 +4,10 @@
 import pytest
 import shapely
 from uncom_sim.bench_execution import summary
-from uncom_sim.bench_execution_cases import make_case
+from uncom_sim.bench_execution_cases import RELATIONS, asked_relations, make_case, standing
 from uncom_sim.objects.catalogue import KINDS
 from uncom_sim.objects.footprint import outline
+from uncom_sim.scoring import judge
 from uncom_sim.variation import everything_in_sight
 
 
@@ -23,6 +24,19 @@ def test_a_case_is_seen_whole_and_its_place_is_free(number):
 def test_the_same_number_and_seed_give_the_same_case():
     assert make_case(3, 5) == make_case(3, 5)
     assert make_case(3, 5) != make_case(3, 6)
+
+
+def test_everything_is_asked_for_and_most_commands_bring_something_somewhere():
+    asked = [asked_relations(number)[0] for number in range(60)]
+    assert set(asked) == set(RELATIONS)
+    assert sum(relation in ("push", "give", "pour", "point") for relation in asked) <= 15
+
+
+@pytest.mark.parametrize("number", [4, 6, 18, 32])
+def test_what_is_asked_for_is_not_so_already(number):
+    case = make_case(number, seed=3)
+    states = standing(case.scene)
+    assert not judge(states, states, case.meaning, case.scene.table).success
 
 
 def test_totals_count_what_was_moved_and_touched():

@@ -115,3 +115,12 @@ def test_what_has_tipped_over_lies_on_the_table_however_it_leans(tilt):
     for lift, lies in ((0.0, True), (0.05, False)):
         there = _state("pear", "pear", 0.6, -0.2, TABLE.height - down + lift, tilt)
         assert _judge(goal, there, before=(_state("pear", "pear", 0.6, 0.2),)).success is lies
+
+
+def test_a_bottle_that_lies_is_not_placed_and_a_pear_that_lies_is():
+    for kind, success in (("bottle", False), ("pear", True)):
+        radius = 0.5 * float(model(kind, natural_colour(kind)).size[1])
+        before = (_state("thing", kind, 0.6, 0.2), BOX)
+        after = (_state("thing", kind, 0.6, -0.2, TABLE.height + radius, np.pi / 2.0), BOX)
+        result = judge(before, after, Meaning("thing", "area", None, (0.6, -0.2)), TABLE)
+        assert result.success is success, result.reason

@@ -28,12 +28,13 @@ from uncom_sim.bench_execution_cases import Case, make_case
 from uncom_sim.bench_robot import SteppedRobot
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.scoring import PhysicalResult, judge
+from uncom_sim.scoring_acts import Witness, judge_act
 from uncom_sim.simulator import Simulator
 from uncom_sim.types import ObjectState
 
 MOVED_M = 0.02
 _SETTLE_STEPS = 240
-_SEEN_M = 0.06
+_BACK = 0.03  # [rad, or m] all joints, and the base, as they were
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,13 +49,15 @@ class Run:
     table_touches: int = 0
     bystander_touches: int = 0
     home_error: float = 0.0
+    base_error_m: float = 0.0
     simulated_s: float = 0.0
     processor_s: float = 0.0
 
     @property
     def succeeded(self) -> bool:
-        """Whether robot and physics both say so, and the robot never touched the table."""
-        return self.outcome.success and self.physical.success and self.table_touches == 0
+        """Whether robot and physics both say so, it never touched the table, and is back unless it holds something."""
+        back = self.case.primitive in ("pick", "give") or max(self.home_error, self.base_error_m) < _BACK
+        return self.outcome.success and self.physical.success and self.table_touches == 0 and back
 
     def as_dict(self) -> dict[str, Any]:
         """Return the run as the benchmark's JSON has it."""
@@ -79,6 +82,7 @@ class Run:
             "bystander_touches": self.bystander_touches,
             "forces_n": self.forces,
             "home_error": round(self.home_error, 4),
+            "base_error_m": round(self.base_error_m, 4),
             "simulated_s": round(self.simulated_s, 1),
             "processor_s": round(self.processor_s, 2),
         }
@@ -96,6 +100,7 @@ def run_case(case: Case, seed: int = 0, shots: Path | None = None, robot: RobotM
                 Image.fromarray(simulator.render_overview()).save(f"{shots}_{next(count):02d}.png")
 
         machine = SteppedRobot(simulator, watch if shots is not None else None)
+        machine.witness = witness = Witness(simulator, case.meaning)
         start, before, first_s = machine.positions(), simulator.object_states(), simulator.time_s
         told: list[Status] = []
         task = task_of(case, machine.look(), before)
@@ -104,15 +109,25 @@ def run_case(case: Case, seed: int = 0, shots: Path | None = None, robot: RobotM
         )
         outcome = engine.execute(task)
         machine.rest(_SETTLE_STEPS)
-        physical = judge(before, simulator.object_states(), case.meaning, case.scene.table)
+        physical = _judged(case, before, simulator, witness)
         away = home_error(start, machine.positions())
+        drift = float(np.linalg.norm(simulator.robot.base_matrix()[:2, 3]))
         contacts = simulator.contacts
         return Run(
-            case, outcome, physical, tuple(told), contacts.forces, contacts.table, contacts.bystanders, away,
+            case, outcome, physical, tuple(told), contacts.forces, contacts.table, contacts.bystanders, away, drift,
             simulator.time_s - first_s, time.process_time() - began,
         )  # fmt: skip
     finally:
         simulator.close()
+
+
+def _judged(case: Case, before: tuple[ObjectState, ...], simulator: Simulator, witness: Witness) -> PhysicalResult:
+    """Judge the end, and what was seen on the way to it."""
+    table, states = case.scene.table, {state.id: state for state in before}
+    result = judge(before, simulator.object_states(), case.meaning, table)
+    things = states[case.meaning.object], states[case.meaning.target] if case.meaning.target is not None else None
+    held = simulator.contacts.between_fingers
+    return judge_act(case.primitive, result, witness.moments, things, held, table)
 
 
 def task_of(case: Case, seen: Seen, states: Iterable[ObjectState]) -> ManipulationTask:

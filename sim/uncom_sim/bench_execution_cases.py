@@ -2,11 +2,13 @@
 """Single commands for the execution benchmark: every kind of thing, every relation, both arms; feasible as built.
 
 Things stand apart by more than a finger, wholly in the camera's picture and not hidden behind one another; what is to
-be moved and where it is to go lie in the part of the table that one arm reaches; the place itself is free.
+be moved and where it is to go lie in the part of the table that one arm reaches; the place itself is free, and what is
+asked for is not so already.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -14,16 +16,27 @@ import numpy as np
 import shapely
 
 from uncom_sim.exceptions import SceneError
-from uncom_sim.objects.catalogue import KINDS, natural_colour
+from uncom_sim.objects.catalogue import KINDS, model, natural_colour
 from uncom_sim.objects.footprint import outline
 from uncom_sim.placing import check_placing
-from uncom_sim.types import Meaning, Point2, Scene, SceneObject
+from uncom_sim.scoring import DIRECTIONS, judge
+from uncom_sim.types import Meaning, ObjectState, Point2, Scene, SceneObject
 from uncom_sim.variation import everything_in_sight
 
 RELATIONS = (
-    "pick", "in", "on", "stack", "area", "next_to", "left_of", "right_of", "in_front_of", "behind", "between",
+    "pick", "in", "on", "push", "stack", "area", "next_to", "give", "left_of", "right_of", "pour", "in_front_of",
+    "behind", "point", "between",
 )  # fmt: skip
-_BESIDE = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
+_WITHOUT_TARGET = ("pick", "area", "push", "give", "point")
+_PUSHED = ("plate", "bowl", "frying pan", "box", "cereal box", "can", "mug", "cup")
+_POURED: dict[str, tuple[str, ...]] = {
+    "bowl": ("mug", "cup", "bottle", "can"),
+    "frying pan": ("mug", "cup", "bottle", "can"),
+    "mug": ("bottle", "can"),
+}
+_ACTS = ("push", "give", "pour", "point")
+_RARER = 1.5  # than what is picked and placed
+_PRIMITIVES = {"in": "put_in", "on": "put_on"}
 _SMALL = ("banana", "apple", "lemon", "orange", "pear", "spoon")
 _INTO: dict[str, tuple[str, ...]] = {
     "bowl": _SMALL,
@@ -65,10 +78,8 @@ def make_case(number: int, seed: int = 0) -> Case:
     """
     rng = np.random.default_rng([seed, number, 11])
     kind = KINDS[number % len(KINDS)]
-    relations = [r for r in RELATIONS if _targets(kind, r) != ()]
     side = 1.0 if (number + number // len(KINDS)) % 2 else -1.0
-    for turn in range(len(relations)):
-        relation = relations[(number // len(KINDS) * 4 + number + turn) % len(relations)]
+    for relation in asked_relations(number):
         for clutter in range(number * 7 % 5, -1, -1):  # fewer where so many find no room
             for _ in range(_ATTEMPTS):
                 case = _draw(number, kind, relation, side, clutter, rng)
@@ -77,13 +88,33 @@ def make_case(number: int, seed: int = 0) -> Case:
     raise SceneError(f"found no arrangement for a {kind} in case {number} of seed {seed}")
 
 
+def asked_relations(number: int) -> list[str]:
+    """Return what can be asked for the kind of a case: first what it was not asked for yet, and others the least."""
+    uses: Counter[str] = Counter()
+    asked: set[tuple[str, str]] = set()
+    ordered: list[str] = []
+    for n in range(number + 1):
+        kind = KINDS[n % len(KINDS)]
+
+        def worth(relation: str, kind: str = kind, n: int = n) -> tuple[bool, float, int]:
+            share = uses[relation] * (_RARER if relation in _ACTS else 1.0)
+            return (kind, relation) in asked, share, (RELATIONS.index(relation) - n) % len(RELATIONS)
+
+        ordered = sorted((r for r in RELATIONS if _targets(kind, r) != ()), key=worth)
+        uses[ordered[0]] += 1
+        asked.add((kind, ordered[0]))
+    return ordered
+
+
 def _targets(kind: str, relation: str) -> tuple[str, ...] | None:
     """Return the kinds that can be the target, () if there is none, None if no target is needed."""
-    if relation == "pick" and kind == "plate":  # too flat and heavy for the edge to be held; it is pushed
+    if relation in ("pick", "give") and kind == "plate":  # too flat and heavy for the edge to be held; it is pushed
         return ()
-    if relation in ("pick", "area"):
+    if relation == "push" and kind not in _PUSHED:
+        return ()
+    if relation in _WITHOUT_TARGET:
         return None
-    table = {"in": _INTO, "on": _ONTO, "stack": _STACKED}.get(relation)
+    table = {"in": _INTO, "on": _ONTO, "stack": _STACKED, "pour": _POURED}.get(relation)
     if table is not None:
         return tuple(target for target, things in table.items() if kind in things)
     if relation == "between" and kind not in (*_SMALL, "can", "mug", "cup", "bottle"):
@@ -109,22 +140,44 @@ def _draw(number: int, kind: str, relation: str, side: float, others: int, rng: 
         return None
     if isinstance(place, tuple) and not _is_free(place, scene, relation):
         return None
-    target = "o1" if chosen else None
-    if relation in ("area", "between"):
-        meaning = Meaning("o0", "area", None, place if isinstance(place, tuple) else None)
-    elif relation == "pick":
-        meaning = Meaning("o0", "none")
-    else:
-        meaning = Meaning("o0", "on" if relation == "stack" else relation, target)
-    primitive = {"pick": "pick", "in": "put_in", "on": "put_on", "stack": "stack"}.get(relation, "place")
+    meaning = _meaning(scene, relation, place if isinstance(place, tuple) else None)
+    if relation in DIRECTIONS or relation == "next_to":
+        states = standing(scene)
+        if judge(states, states, meaning, scene.table).success:
+            return None
+    primitive = _PRIMITIVES.get(relation, "place" if isinstance(place, tuple) and relation != "push" else relation)
     return Case(number, scene, meaning, relation, primitive, place if isinstance(place, tuple) else None)
+
+
+def _meaning(scene: Scene, relation: str, place: Point2 | None) -> Meaning:
+    """Return where the thing has to be at the end."""
+    thing = scene.object("o0")
+    if relation in ("area", "between", "push"):
+        return Meaning("o0", "area", None, place)
+    if relation in ("pick", "give"):
+        return Meaning("o0", "none")
+    if relation in ("pour", "point"):  # where it was
+        return Meaning("o0", "area", "o1" if relation == "pour" else None, (thing.x, thing.y))
+    return Meaning("o0", "on" if relation == "stack" else relation, "o1")
+
+
+def standing(scene: Scene) -> tuple[ObjectState, ...]:
+    """Return where everything of a scene stands before anything has moved."""
+    states = []
+    for thing in scene.objects:
+        shape, pose = model(thing.kind, thing.colour), np.eye(4)
+        cos, sin = np.cos(thing.yaw), np.sin(thing.yaw)
+        pose[:2, :2] = [[cos, -sin], [sin, cos]]
+        pose[:3, 3] = thing.x, thing.y, scene.table.height - shape.bounds[0, 2]
+        states.append(ObjectState(thing.id, thing.kind, thing.colour, pose, shape.size))
+    return tuple(states)
 
 
 def _place(scene: Scene, relation: str, targets: int, side: float, rng: np.random.Generator) -> Point2 | bool:
     """Return where on the table the thing is to go, True if on or in the target, False if there is no such place."""
-    if relation in ("pick", "in", "on", "stack"):
+    if relation in ("pick", "in", "on", "stack", "give", "pour", "point"):
         return True
-    if relation == "area":
+    if relation in ("area", "push"):
         x, y = float(rng.uniform(*_X)), float(side * rng.uniform(-0.05, _Y))
     elif relation == "between":
         a, b = scene.object("o1"), scene.object("o2")
@@ -133,7 +186,7 @@ def _place(scene: Scene, relation: str, targets: int, side: float, rng: np.rando
             return False
     else:
         angle = float(rng.uniform(-np.pi, np.pi))
-        dx, dy = _BESIDE.get(relation, (float(np.cos(angle)), float(np.sin(angle))))
+        dx, dy = DIRECTIONS.get(relation, (float(np.cos(angle)), float(np.sin(angle))))
         anchor = scene.object("o1")
         away = _apart(scene.object("o0"), anchor, (dx, dy))
         x, y = anchor.x + away * dx, anchor.y + away * dy
@@ -178,7 +231,7 @@ def _is_free(place: Point2, scene: Scene, relation: str) -> bool:
     table = scene.table
     if not shapely.box(table.x_min, table.y_min, table.x_max, table.y_max).contains(room):
         return False
-    if thing.kind == "plate" and not _can_be_pushed(thing, place, others):
+    if (thing.kind == "plate" or relation == "push") and not _can_be_pushed(thing, place, others):
         return False
     return bool(np.hypot(place[0] - thing.x, place[1] - thing.y) > 0.12)
 

@@ -24,6 +24,7 @@ from uncom_sim.controllers.tolerances import GoalTolerances, Tolerance
 from uncom_sim.controllers.trajectory import Trajectory as Goal
 from uncom_sim.controllers.trajectory import Waypoint
 from uncom_sim.robot.description import CAMERA_FRAME
+from uncom_sim.scoring_acts import EVERY_STEPS
 from uncom_sim.simulator import Simulator
 
 _DRIVE_STEPS = 5  # between two commands to the base
@@ -34,9 +35,10 @@ class SteppedRobot(RobotInterface):
     """Steps a simulator in the thread of its caller."""
 
     def __init__(self, simulator: Simulator, watch: Callable[[], None] | None = None) -> None:
-        """Keep the simulator; watch is called after each motion (to take a picture, say)."""
+        """Keep the simulator; watch is called after each motion (to take a picture, say), `witness` every 0.1 s."""
         self.simulator = simulator
         self.stop_at_s: float | None = None
+        self.witness: Callable[[], None] | None = None
         self._detector = TabletopDetector()
         self._watch = watch
 
@@ -82,7 +84,12 @@ class SteppedRobot(RobotInterface):
     def rest(self, steps: int) -> None:
         """Let time pass."""
         for _ in range(steps):
-            self.simulator.step()
+            self._step()
+
+    def _step(self) -> None:
+        self.simulator.step()
+        if self.witness is not None and self.simulator.steps % EVERY_STEPS == 0:
+            self.witness()
 
     def _goals(self, trajectory: Trajectory) -> dict[str, Goal]:
         """Return each controller's part of a motion."""
@@ -115,7 +122,7 @@ class SteppedRobot(RobotInterface):
                     controller = simulator.controllers[name]
                     controller.cancel(simulator.joint_positions(controller.config.joints))
                 raise StoppedError("stopped on request")
-            simulator.step()
+            self._step()
         if self._watch is not None:
             self._watch()
         return ends

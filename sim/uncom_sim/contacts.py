@@ -25,6 +25,7 @@ class ContactCounter:
         self._last: dict[int, float] = {}
         self._touches: dict[int, int] = {}
         self._held: set[int] = set()
+        self._between: frozenset[int] = frozenset()
         self._forces: dict[int, float] = {}
 
     def update(self, time_s: float) -> None:
@@ -39,9 +40,8 @@ class ContactCounter:
             self._forces[other] = max(self._forces.get(other, 0.0), float(contact[9]))
             if link in self._fingers:
                 grips.setdefault((other, self._fingers[link]), set()).add(link)
-        for (other, _), links in grips.items():
-            if len(links) > 1:
-                self._held.add(other)
+        self._between = frozenset(other for (other, _), links in grips.items() if len(links) > 1)
+        self._held |= self._between
         for other in touched:
             if time_s - self._last.get(other, -1e9) > _APART_S:
                 self._touches[other] = self._touches.get(other, 0) + 1
@@ -62,6 +62,11 @@ class ContactCounter:
         """Greatest normal force [N] between the robot and each thing it touched; the table is called "table"."""
         names = {**self._names, self._table: "table"}
         return {names[body]: round(force, 2) for body, force in self._forces.items()}
+
+    @property
+    def between_fingers(self) -> frozenset[str]:
+        """Ids of the things that are between two fingers of one hand now."""
+        return frozenset(self._names[body] for body in self._between if body in self._names)
 
     @property
     def held(self) -> frozenset[str]:

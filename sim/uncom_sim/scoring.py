@@ -23,8 +23,9 @@ LIFTED_M = 0.05
 AREA_RADIUS_M = 0.12
 NEAR_M = 0.15
 BESIDE_M = 0.30
-_DIRECTIONS = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
+DIRECTIONS = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
 _UPRIGHT = float(np.cos(np.radians(30.0)))
+_LIES = ("banana", "apple", "lemon", "orange", "pear", "spoon")  # any way up
 _CONE = float(np.cos(np.radians(50.0)))
 
 
@@ -99,6 +100,13 @@ def _goal_reached(
         return False, f"{goal.object} fell off the table"
     if goal.relation == "none":
         return rise > LIFTED_M, f"{goal.object} was {'' if rise > LIFTED_M else 'not '}lifted"
+    reached, reason = _related(thing, goal, now, table)
+    if reached and thing.kind not in _LIES and thing.pose[2, 2] < _UPRIGHT <= was[goal.object].pose[2, 2]:
+        return False, f"{reason}, but it was tipped over"
+    return reached, reason
+
+
+def _related(thing: ObjectState, goal: Meaning, now: Mapping[str, ObjectState], table: Table) -> tuple[bool, str]:
     if goal.relation == "area":
         return _in_area(thing, goal.area, table)
     if goal.target is None:
@@ -151,7 +159,7 @@ def _beside(thing: ObjectState, target: ObjectState, relation: str, table: Table
         return gap <= NEAR_M, f"{thing.id} is {gap:.2f} m from {target.id}"
     offset = thing.position[:2] - target.position[:2]
     length = float(np.linalg.norm(offset))
-    if length < 1e-6 or float(offset @ _DIRECTIONS[relation]) / length < _CONE:
+    if length < 1e-6 or float(offset @ DIRECTIONS[relation]) / length < _CONE:
         return False, f"{thing.id} is not {words} {target.id}"
     if gap > BESIDE_M:
         return False, f"{thing.id} is {gap:.2f} m from {target.id}, too far to be called {words} it"
