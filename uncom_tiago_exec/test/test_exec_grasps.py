@@ -149,3 +149,26 @@ def test_a_tall_thing_is_held_near_its_middle_and_carried_gently():
     best = grasp_candidates(shape, np.zeros((0, 3)), gripper)[:10]
     pads = [g.pose[2, 3] + gripper.tip * g.approach[2] for g in best]
     assert max(pads) < shape.middle[2] + 0.08
+
+
+@pytest.mark.parametrize("lean", [0.35, 0.55])
+def test_a_hand_leans_along_the_wall_of_a_bowl_and_its_pads_lie_flat_on_it(lean):
+    rng = np.random.default_rng(7)
+    height, foot = 0.065, 0.055
+    up, around = rng.uniform(0.0, height, 4000), rng.uniform(-np.pi, np.pi, 4000)
+    radius = foot + up * np.tan(lean)
+    wall = np.column_stack([0.6 + radius * np.cos(around), radius * np.sin(around), TABLE_Z + up])
+    inside = np.sqrt(rng.uniform(0.0, foot**2, 1500))
+    around = rng.uniform(-np.pi, np.pi, 1500)
+    floor = np.column_stack([0.6 + inside * np.cos(around), inside * np.sin(around), np.full(1500, TABLE_Z + 0.008)])
+    seen = wall[(wall[:, 0] > 0.6) | (wall[:, 2] > TABLE_Z + 0.5 * height)]
+    shape = complete("bowl", np.vstack([seen, floor]), TABLE_Z)
+    best = grasps_of(shape)[0]
+    assert best.family == "rim"
+    outwards = best.pose[:2, 3] - shape.rim.centre
+    normal = np.append(np.cos(lean) * outwards / np.linalg.norm(outwards), -np.sin(lean))
+    assert abs(best.pose[:3, 1] @ normal) > np.cos(np.radians(15.0))
+    gripper = robot().gripper("left")
+    tip = best.pose[:3, 3] + gripper.tip * best.approach
+    finger = 0.5 * best.opening + gripper.thickness
+    assert tip[2] - finger * abs(best.pose[2, 1]) - gripper.half_width * abs(best.pose[2, 2]) > TABLE_Z

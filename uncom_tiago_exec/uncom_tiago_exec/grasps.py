@@ -24,6 +24,13 @@ SIDE_CLEARANCE = 0.004  # [m] between an open finger and what it passes
 LOW_RIM = 0.028  # [m] a border lower than this leaves the fingers too little to hold the weight beside them
 _SHEET = 11.0  # [kg/m^2] of the surface of dishes: 4 to 5 mm of ceramic, 1.5 mm of steel
 _PRESS = 10.0  # [N] of one pad, for sure
+_ROOMS = (0.05, 0.04, 0.03, 0.022)  # [m] for the fingers beside what they take
+_UNSURE = 0.003  # [m] of a width as it is seen
+_UPRIGHT = 0.15  # [rad] of a wall that slopes less than this
+_LEAN = 0.7  # [rad] of a hand at most
+_ALONG = (90.0, 75.0)  # pitches of hands that lean along a wall
+_FEW = 20  # points that tell no slope
+_HALF_OPEN = 0.035  # [m] from the middle to the outside of fingers that are opened a little
 _PATCH = 0.004  # [m] points this near to the outermost count as touched
 
 
@@ -73,16 +80,20 @@ def grasp_candidates(shape: ObjectShape, others: FloatArray, gripper: GripperSha
     return found[:count]
 
 
-def _hand(pitch_deg: float, yaw: float) -> _Hand:
+def _hand(pitch_deg: float, yaw: float, lean: float = 0.0) -> _Hand:
+    """Return a hand; leaning [rad] it comes in against its closing direction, which then points down."""
     pitch = np.radians(pitch_deg)
     approach = np.array([np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), -np.sin(pitch)])
     closing = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
+    cos, sin = np.cos(lean), np.sin(lean)
+    approach, closing = cos * approach - sin * closing, cos * closing + sin * approach
     return _Hand(approach, closing, np.cross(approach, closing), float(pitch))
 
 
 def _proposals(shape: ObjectShape) -> Iterator[tuple[_Hand, FloatArray, str]]:
     """Yield hands and the points between their pads."""
     yaws = list(np.radians(np.arange(-180.0, 180.0, 22.5)))
+    slope = _slope(shape)
     if shape.axis is None:
         yaws += [shape.yaw + k * np.pi / 2.0 for k in range(4)]
     for pitch in PITCHES:
@@ -91,9 +102,24 @@ def _proposals(shape: ObjectShape) -> Iterator[tuple[_Hand, FloatArray, str]]:
             if shape.rim is not None and shape.rim.z - shape.bottom > LOW_RIM:
                 for sign in (-1.0, 1.0):
                     edge = shape.rim.centre + sign * (shape.rim.radius - 0.004) * hand.closing[:2]
-                    yield hand, np.array([edge[0], edge[1], shape.rim.z]), "rim"
+                    place = np.array([edge[0], edge[1], shape.rim.z])
+                    yield hand, place, "rim"
+                    if slope > _UPRIGHT and pitch in _ALONG:
+                        yield _hand(pitch, float(yaw), sign * slope), place, "rim"
             for place in _places(shape):
                 yield hand, place, "across"
+
+
+def _slope(shape: ObjectShape) -> float:
+    """Return by how much the wall under the rim leans outwards [rad]: pads lie flat on it when the hand leans too."""
+    rim = shape.rim
+    if rim is None:
+        return 0.0
+    radius, z = np.linalg.norm(shape.visible[:, :2] - rim.centre, axis=1), shape.visible[:, 2]
+    wall = (z > max(rim.z - 0.03, rim.floor_z + 0.008)) & (np.abs(radius / rim.radius - 0.85) < 0.2)
+    if int(np.count_nonzero(wall)) < _FEW or float(np.ptp(z[wall])) < 0.015:
+        return 0.0
+    return float(np.clip(np.arctan(np.polyfit(z[wall], radius[wall], 1)[0]), 0.0, _LEAN))
 
 
 def _places(shape: ObjectShape) -> Iterator[FloatArray]:
@@ -131,13 +157,14 @@ def _fit(
         width, middle = high - low, 0.5 * (low + high)
         if width > gripper.open - 0.006:
             return None
-        opening = _opening(local, near, gripper, tip, (low, high))
+        rooms = _ROOMS if hand.closing[2] == 0.0 else _ROOMS[2:]  # a lower finger keeps off the table
+        opening = _opening(local, near, gripper, tip, (low, high), rooms)
         if opening is not None:
             break
     else:
         return None
     quality = _quality(shape, span, gripper, hand, place, (low, high), tip)
-    quality *= min(1.0, 0.75 + 6.0 * (opening - width))
+    quality *= float(np.clip((opening - width - _UNSURE) / 0.015, 0.4, 1.0))  # fingers that just pass touch its edge
     if family == "rim":
         quality *= 0.85 * float(np.sin(hand.pitch)) ** 1.5 * _seen(shape, place) * _bears(shape, place, tip)
     position = place + hand.closing * middle + hand.approach * (tip - gripper.tip)
@@ -169,11 +196,16 @@ def _bears(shape: ObjectShape, place: FloatArray, depth: float) -> float:
 
 
 def _opening(
-    local: FloatArray, near: FloatArray, gripper: GripperShape, tip: float, edges: tuple[float, float]
+    local: FloatArray,
+    near: FloatArray,
+    gripper: GripperShape,
+    tip: float,
+    edges: tuple[float, float],
+    rooms: tuple[float, ...],
 ) -> float | None:
     """Return the widest opening with which fingers and palm pass; room beside the thing forgives what was not seen."""
     width, middle = edges[1] - edges[0], 0.5 * (edges[0] + edges[1])
-    for room in (0.05, 0.04, 0.03, 0.022):
+    for room in rooms:
         opening = min(gripper.open - 0.002, width + room)
         if not _blocked(local, near, gripper, tip, middle, opening):
             return opening
@@ -190,12 +222,12 @@ def _tip_depth(
         wanted = 0.03
     if in_palm.any():
         wanted = min(wanted, float(local[in_palm, 0].min()) + (gripper.tip - gripper.palm) - 0.008)
-    # the lower corner of a pad is half its width times cos(pitch) under its middle
-    lowest = place[2] - shape.bottom - gripper.half_width * np.cos(hand.pitch) - TIP_CLEARANCE
-    wanted = min(wanted, lowest / np.sin(hand.pitch))
+    # how far the lower corner of a pad is under its middle
+    corner, down = gripper.half_width * abs(float(hand.lateral[2])), -float(hand.approach[2])
+    lowest = place[2] - shape.bottom - corner - _HALF_OPEN * abs(float(hand.closing[2])) - TIP_CLEARANCE
+    wanted = min(wanted, lowest / down)
     if family == "rim" and shape.rim is not None:
-        room = shape.rim.z - shape.rim.floor_z - gripper.half_width * np.cos(hand.pitch) - 0.003
-        wanted = min(wanted, room / np.sin(hand.pitch))
+        wanted = min(wanted, (shape.rim.z - shape.rim.floor_z - corner - 0.003) / down)
         return wanted if wanted > 0.006 else None
     # a pad is 5 cm wide: when it comes in obliquely its lower half still holds what lies below the middle of its tip
     least = -min(0.25 * shape.height, 0.6 * gripper.half_width * float(np.cos(hand.pitch)) + 0.003)
