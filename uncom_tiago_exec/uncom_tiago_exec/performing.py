@@ -215,17 +215,18 @@ class Performer:
             self._grip(plan, step)
 
     def give_up_grasp(self, plan: Plan) -> None:
-        """Open, and go the way back that was free on the way in."""
+        """Open, and go back the way that was free on the way in; from above, where what fell may lie, straight home."""
+        lifted = self.stage == Stage.LIFTING
         self.tell(Stage.RETREATING, "opening the fingers and going back", plan.side)
-        moves = [s for s in plan.steps if isinstance(s, MoveStep) and s.stage == Stage.APPROACHING]
-        lifts = [s for s in plan.steps if isinstance(s, MoveStep) and s.stage == Stage.LIFTING]
+        ways = (Stage.APPROACHING, Stage.LIFTING) if lifted else (Stage.APPROACHING,)
+        moves = [s for s in plan.steps if isinstance(s, MoveStep) and s.stage in ways]
         if plan.grasp is not None:
             self._robot.grip(plan.side, plan.grasp.opening)
-        here = self._positions_of(moves[0].trajectory)
-        if self.stage == Stage.RETREATING and lifts and _at_end(lifts[0].trajectory, here):
-            self.follow(reversed_trajectory(lifts[0].trajectory))
+        if lifted and self.recover(plan, "I go back and look where it is"):
+            return
         for move in reversed(moves):
-            self.follow(reversed_trajectory(move.trajectory))
+            here = self._positions_of(move.trajectory)
+            self.follow(started_at(reversed_trajectory(move.trajectory), here))
 
 
 def reversed_trajectory(trajectory: Trajectory) -> Trajectory:
@@ -255,8 +256,3 @@ def _pressed(gap: float) -> float:
 def _empty_below(width: float) -> float:
     """Return the gap [m] under which fingers that closed on something `width` wide hold nothing."""
     return max(0.002, 0.3 * width)
-
-
-def _at_end(trajectory: Trajectory, here: FloatArray) -> bool:
-    end, start = trajectory.positions[-1], trajectory.positions[0]
-    return bool(np.abs(here - end).max() < np.abs(here - start).max())
