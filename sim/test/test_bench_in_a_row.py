@@ -55,6 +55,14 @@ def test_commands_are_drawn_for_what_stands_there_and_for_what_is_held():
     assert all((case.meaning.object, case.primitive) == ("o2", "place") for case in held)
 
 
+def test_a_thing_that_is_half_out_of_the_picture_leaves_places_for_the_others():
+    rng = np.random.default_rng(6)
+    scene = random_scene(("can", "box"), rng)
+    scene = replace(scene, objects=(scene.objects[0], replace(scene.objects[1], x=0.56, y=0.44)))
+    assert not everything_in_sight(scene)
+    assert next_command(0, world_states(scene), scene, rng, "o0").place is not None
+
+
 def test_where_nothing_is_left_on_the_table_no_command_is_drawn():
     rng = np.random.default_rng(5)
     scene = random_scene(("can",), rng)

@@ -3,13 +3,14 @@
 
 Things are brought to free places or beside one another, or taken up and put down by the command after that; what the
 robot still holds is put down first. A place is free, within the part of the table that the robot works on, and
-everything is seen when the thing stands there.
+what is seen now, and the thing itself, is seen when it stands there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -18,8 +19,9 @@ from uncom_sim.bench_execution_cases import Case
 from uncom_sim.exceptions import SceneError
 from uncom_sim.objects.catalogue import natural_colour
 from uncom_sim.objects.footprint import outline
+from uncom_sim.person.placement import looking_robot
 from uncom_sim.types import Meaning, ObjectState, Point2, Scene, SceneObject
-from uncom_sim.variation import everything_in_sight
+from uncom_sim.variation import in_sight
 
 _X, _Y = (0.50, 0.70), (-0.36, 0.36)  # [m] of places
 _NEAR = (0.45, 0.80, 0.43)  # [m] from, to, and to either side: what stands here can be asked for
@@ -31,13 +33,18 @@ _WANTED, _SHARES = ("area", "beside", "pick"), (0.7, 0.2, 0.1)
 _BESIDE = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class _Room:
     """What stands on the table, and by how much all that is to stay apart [m]."""
 
     scene: Scene
     things: tuple[SceneObject, ...]
     clear_m: float
+
+    @cached_property
+    def seen(self) -> frozenset[str]:
+        """Ids of what is wholly in the robot's sight."""
+        return _in_sight(replace(self.scene, objects=self.things))
 
 
 def random_scene(kinds: Iterable[str], rng: np.random.Generator) -> Scene:
@@ -126,4 +133,9 @@ def _is_free(thing: SceneObject, place: Point2, room: _Room) -> bool:
         return False
     if any(shape.distance(outline(other)) < room.clear_m for other in room.things):
         return False
-    return everything_in_sight(replace(room.scene, objects=(*room.things, moved)))
+    return _in_sight(replace(room.scene, objects=(*room.things, moved))) >= {*room.seen, thing.id}
+
+
+def _in_sight(scene: Scene) -> frozenset[str]:
+    onlooker = looking_robot()
+    return frozenset(thing.id for thing in scene.objects if in_sight(thing, scene, onlooker))
