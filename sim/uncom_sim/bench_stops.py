@@ -21,7 +21,7 @@ from uncom_tiago_exec.types import ManipulationTask, Outcome, Stage, Status
 from uncom_sim.bench_execution import home_error, task_of
 from uncom_sim.bench_execution_cases import Case
 from uncom_sim.bench_robot import SteppedRobot
-from uncom_sim.next_command import next_command, random_scene
+from uncom_sim.next_command import Part, next_command, random_scene
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.robot.robot import TIME_STEP_S
 from uncom_sim.scoring import judge
@@ -68,8 +68,9 @@ class Stop:
 class Stopped:
     """One robot that is given commands and stopped at random moments of them."""
 
-    def __init__(self, scene: Scene, seed: int) -> None:
-        """Put the robot before the scene."""
+    def __init__(self, scene: Scene, seed: int, part: Part | None = None) -> None:
+        """Put the robot before the scene; part is where on the table things are to be put."""
+        self._part = part
         self.simulator = Simulator(scene, seed)
         self.machine = SteppedRobot(self.simulator)
         self.start = self.machine.positions()
@@ -104,7 +105,7 @@ class Stopped:
     def _command(self) -> tuple[Outcome, str]:
         """Give the next command; return what came of it, by physics too, and what is said of it."""
         before = self.simulator.object_states()
-        case = next_command(self._number, before, self.simulator.world.scene, self.rng, self._held)
+        case = next_command(self._number, before, self.simulator.world.scene, self.rng, self._held, self._part)
         self._number += 1
         outcome = self._engine.execute(self._seen(case))
         self._held = case.meaning.object if outcome.in_hand else ""
@@ -137,12 +138,19 @@ class Stopped:
 
 
 def run_stops(
-    count: int, seed: int = 0, say: Callable[[str], None] = lambda _: None, scene: Scene | None = None
+    count: int,
+    seed: int = 0,
+    say: Callable[[str], None] = lambda _: None,
+    scene: Scene | None = None,
+    part: Part | None = None,
 ) -> dict[str, Any]:
-    """Stop a robot so many times and return the JSON object; say is told of each stop."""
+    """Stop a robot so many times and return the JSON object; say is told of each stop.
+
+    Without a scene a few things stand about; part is where on the table things are to be put.
+    """
     began = time.monotonic()
     scene = scene or random_scene(_KINDS, np.random.default_rng([seed, 31]))
-    robot, fruitless = Stopped(scene, seed), 0
+    robot, fruitless = Stopped(scene, seed, part), 0
     stops: list[Stop] = []
     try:
         while len(stops) < count and fruitless < _FRUITLESS:

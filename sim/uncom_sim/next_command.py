@@ -23,8 +23,8 @@ from uncom_sim.person.placement import looking_robot
 from uncom_sim.types import Meaning, ObjectState, Point2, Scene, SceneObject
 from uncom_sim.variation import in_sight
 
-_X, _Y = (0.50, 0.70), (-0.36, 0.36)  # [m] of places
-_NEAR = (0.45, 0.80, 0.43)  # [m] from, to, and to either side: what stands here can be asked for
+# What stands so much nearer, farther or to either side of where things are put can be asked for too [m].
+_AROUND_M = (0.05, 0.10, 0.07)
 _CLEAR_M = (0.06, 0.05, 0.04)  # between outlines, tried one after the other
 _AWAY_M = 0.13  # least way that is worth a command
 _TRIES = 150
@@ -33,13 +33,30 @@ _WANTED, _SHARES = ("area", "beside", "pick"), (0.7, 0.2, 0.1)
 _BESIDE = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
 
 
+@dataclass(frozen=True, slots=True)
+class Part:
+    """The part of the table where things are put: from and to [m] ahead of the robot, and to either side."""
+
+    x: Point2 = (0.50, 0.70)
+    y: float = 0.36
+
+    def has(self, x: float, y: float) -> bool:
+        """Tell whether a place is in it."""
+        return self.x[0] <= x <= self.x[1] and abs(y) <= self.y
+
+    def draw(self, rng: np.random.Generator) -> Point2:
+        """Return a place in it."""
+        return float(rng.uniform(*self.x)), float(rng.uniform(-self.y, self.y))
+
+
 @dataclass(frozen=True)
 class _Room:
-    """What stands on the table, and by how much all that is to stay apart [m]."""
+    """What stands on the table, by how much all that is to stay apart [m], and where there are places."""
 
     scene: Scene
     things: tuple[SceneObject, ...]
     clear_m: float
+    part: Part
 
     @cached_property
     def seen(self) -> frozenset[str]:
@@ -56,7 +73,7 @@ def random_scene(kinds: Iterable[str], rng: np.random.Generator) -> Scene:
     things: tuple[SceneObject, ...] = ()
     for i, kind in enumerate(kinds):
         thing = SceneObject(f"o{i}", kind, natural_colour(kind), 0.0, 0.0, float(rng.uniform(-np.pi, np.pi)))
-        place = _free_place(thing, _Room(Scene(things, "do it"), things, _CLEAR_M[0]), rng)
+        place = _free_place(thing, _Room(Scene(things, "do it"), things, _CLEAR_M[0], Part()), rng)
         if place is None:
             raise SceneError(f"found no room on the table for {thing.kind}")
         things = (*things, replace(thing, x=place[0], y=place[1]))
@@ -64,15 +81,21 @@ def random_scene(kinds: Iterable[str], rng: np.random.Generator) -> Scene:
 
 
 def next_command(
-    number: int, states: Iterable[ObjectState], scene: Scene, rng: np.random.Generator, held: str = ""
+    number: int,
+    states: Iterable[ObjectState],
+    scene: Scene,
+    rng: np.random.Generator,
+    held: str = "",
+    part: Part | None = None,
 ) -> Case:
-    """Return a command; held is the id of what is in the robot's hand, if anything is.
+    """Return a command; held is the id of what is in the robot's hand, if anything is; part is where things are put.
 
     Raises:
         SceneError: nothing is left within reach, or there is no free place for any of it.
     """
+    part = part or Part()
     now = tuple(_standing(state, scene) for state in states if state.position[2] > scene.table.height - _FALLEN_M)
-    asked = [thing for thing in now if thing.id == held] if held else [thing for thing in now if _is_near(thing)]
+    asked = [thing for thing in now if thing.id == held] if held else [thing for thing in now if _is_near(thing, part)]
     order = [asked[i] for i in rng.permutation(len(asked))]
     wanted = "area" if held else str(rng.choice(_WANTED, p=_SHARES))
     if wanted == "pick" and order:
@@ -80,7 +103,7 @@ def next_command(
     for clear in _CLEAR_M:
         for thing in order:
             others = tuple(other for other in now if other.id != thing.id)
-            room = _Room(replace(scene, objects=now), others, clear)
+            room = _Room(replace(scene, objects=now), others, clear, part)
             case = _beside(number, thing, room, rng) if wanted == "beside" else None
             if case is not None:
                 return case
@@ -97,8 +120,9 @@ def _standing(state: ObjectState, scene: Scene) -> SceneObject:
     return SceneObject(state.id, state.kind, colour, float(state.position[0]), float(state.position[1]), yaw)
 
 
-def _is_near(thing: SceneObject) -> bool:
-    return _NEAR[0] <= thing.x <= _NEAR[1] and abs(thing.y) <= _NEAR[2]
+def _is_near(thing: SceneObject, part: Part) -> bool:
+    nearer, farther, aside = _AROUND_M
+    return part.x[0] - nearer <= thing.x <= part.x[1] + farther and abs(thing.y) <= part.y + aside
 
 
 def _beside(number: int, thing: SceneObject, room: _Room, rng: np.random.Generator) -> Case | None:
@@ -116,7 +140,7 @@ def _beside(number: int, thing: SceneObject, room: _Room, rng: np.random.Generat
 
 def _free_place(thing: SceneObject, room: _Room, rng: np.random.Generator) -> Point2 | None:
     for _ in range(_TRIES):
-        place = float(rng.uniform(*_X)), float(rng.uniform(*_Y))
+        place = room.part.draw(rng)
         if _is_free(thing, place, room):
             return place
     return None
@@ -125,7 +149,7 @@ def _free_place(thing: SceneObject, room: _Room, rng: np.random.Generator) -> Po
 def _is_free(thing: SceneObject, place: Point2, room: _Room) -> bool:
     """Whether a thing can stand at a place, with room around it, where it is seen and hides nothing."""
     x, y = place
-    if not (_X[0] <= x <= _X[1] and _Y[0] <= y <= _Y[1]) or np.hypot(x - thing.x, y - thing.y) < _AWAY_M:
+    if not room.part.has(x, y) or np.hypot(x - thing.x, y - thing.y) < _AWAY_M:
         return False
     moved = replace(thing, x=x, y=y)
     shape, table = outline(moved), room.scene.table

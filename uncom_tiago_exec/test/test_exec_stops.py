@@ -3,6 +3,7 @@
 
 import pytest
 from uncom_sim.bench_stops import STAGES, Stop, run_stops, summary_of_stops
+from uncom_sim.next_command import Part
 from uncom_sim.objects.catalogue import natural_colour
 from uncom_sim.types import Scene, SceneObject
 from uncom_tiago_exec.types import Stage
@@ -43,6 +44,7 @@ def test_a_stop_at_any_of_fifty_moments_of_all_stages_leaves_it_still_and_usable
 @pytest.mark.timeout(3000)
 def test_a_stop_while_base_or_arm_are_on_their_way_to_what_is_far_leaves_it_still_and_usable():
     """What is asked for is too far for the arms, so the base drives nearer and back."""
-    things = (SceneObject("o0", "can", natural_colour("can"), 0.79, 0.2, 0.0),)
-    total = run_stops(4, 1, scene=Scene(things, "do it"))
-    check(total, 4)
+    things = (SceneObject("o0", "can", natural_colour("can"), 0.82, 0.2, 0.0),)
+    total = run_stops(8, 1, scene=Scene(things, "do it"), part=Part((0.78, 0.84), 0.25))
+    check(total, 8)
+    assert total["driving"] > 0
