@@ -107,7 +107,7 @@ def test_a_narrow_neck_does_not_join_large_things_of_other_colours(neck, groups)
     normals = np.zeros_like(points)
     normals[..., 2] = 1.0
     lab = np.where((u < 60)[..., None], np.float32([50, 50, 30]), np.float32([50, -30, 40])).astype(np.float32)
-    patches = patches_of(points, normals, lab, own, 0.003)
+    patches = patches_of(points, normals, lab, own.astype(np.int32), 0.003)
     a, b, length = borders(patches.index, np.ones((60, 120), bool), np.ones((59, 121), bool))
     group = merged(patches, a, b, length, *evidence(patches, a, b))
     assert len(np.unique(group[1:])) == groups

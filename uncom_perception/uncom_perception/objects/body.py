@@ -25,11 +25,12 @@ _MAX_POINTS = 4000
 
 def clean_points(ground_points: PointImage, mask: Mask) -> npt.NDArray[np.float32]:
     """Return a thing's points (N, 3) on the ground, without the flying ones that depth cameras see at edges."""
-    points = ground_points[mask]
+    pixels = np.flatnonzero(mask)
+    pixels = pixels[:: max(1, len(pixels) // _MAX_POINTS)]
+    points = ground_points.reshape(-1, 3)[pixels]
     points = points[points[:, 2] > -0.01]  # which drops the unknown ones, too
     if len(points) < 30:
         return points
-    points = points[:: max(1, len(points) // _MAX_POINTS)]
     key = _cell_keys(points, _CROWD_M)
     count = np.bincount(key)
     kept = points[count[key] >= 3]
@@ -67,8 +68,10 @@ def geometry(
     longer one. The hull is the convex outline of the points, if it is known.
     The centroid is the box's centre, which one-sided views shift less than the mean of the visible points.
     """
-    voxels = np.unique(_cell_keys(ground_points, _VOXEL_M), return_index=True)[1]
-    cloud = ground_points[np.sort(voxels)]
+    keys = _cell_keys(ground_points, _VOXEL_M)
+    first = np.full(int(keys.max()) + 1, -1, np.int32)
+    first[keys[::-1]] = np.arange(len(keys) - 1, -1, -1, dtype=np.int32)  # of several the first stays
+    cloud = ground_points[first[keys] == np.arange(len(keys))]
     to_frame = invert(ground.to_ground)
     (x, y), (a, b), angle = cv2.minAreaRect(hull if hull is not None else convex_outline(ground_points))
     if b > a:
@@ -88,11 +91,12 @@ def geometry(
     return Geometry(pose[:3, 3].copy(), pose, np.array([a, b, height - base_m]), in_frame.astype(np.float32))
 
 
-def _cell_keys(points: npt.NDArray[np.float32], cell_m: float) -> npt.NDArray[np.int64]:
+def _cell_keys(points: npt.NDArray[np.float32], cell_m: float) -> npt.NDArray[np.int32]:
     """Return a number for the cell of space that each point (N, 3) lies in."""
-    key = np.zeros(len(points), np.int64)
+    key = np.zeros(len(points), np.int32)
     for axis in range(3):
         values = points[:, axis]
-        cells = ((values - values.min()) * np.float32(1.0 / cell_m) + np.float32(0.5)).astype(np.int64)
-        key = key * (int(cells.max()) + 1) + cells
+        cells = ((values - values.min()) * np.float32(1.0 / cell_m) + np.float32(0.5)).astype(np.int32)
+        key *= int(cells.max()) + 1
+        key += cells
     return key

@@ -9,12 +9,13 @@ because one surface is seen light and dark.
 from __future__ import annotations
 
 import functools
+from collections.abc import Mapping
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
-from uncom_perception.objects.numbers import quantile, quantiles
+from uncom_perception.objects.numbers import quantiles
 
 FloatArray = npt.NDArray[np.float64]
 RgbImage = npt.NDArray[np.uint8]
@@ -65,7 +66,9 @@ COLOUR_WORDS = {name: name for name in COLOUR_NAMES} | {
 _LIGHTNESS_WEIGHT = 0.55
 _SIGMA = 9.0
 _BINS = 32
-_WELL_LIT = 160.0
+_WELL_LIT, _WHITE = 160.0, 235.0  # where the lightest surfaces of a picture are, at least and at most
+_USUAL = 130.0  # how light the half of a picture is
+_LEAST_GAIN, _MOST_GAIN = 0.85, 4.0
 _CHROMA_STEP = 0.16
 _DEEPEST_SHADE = 1.7
 
@@ -92,9 +95,14 @@ def _name_probabilities(lab: FloatArray) -> FloatArray:
 
 
 def exposure(image_rgb: RgbImage) -> float:
-    """Return the factor that brings the lightest surfaces of a dim picture to where they are in a well lit one."""
-    bright = quantile(_value(image_rgb[::4, ::4]), 98.5)
-    return float(np.clip(_WELL_LIT / max(bright, 1.0), 1.0, 2.0))
+    """Return the factor that brings a dim or glaring picture to where a well lit one is.
+
+    On the whole pictures are about equally light; but the lightest surfaces must not grow lighter than white paper, nor
+    stay darker than a light grey.
+    """
+    usual, bright = (max(value, 1.0) for value in quantiles(_value(image_rgb[::4, ::4]), (50, 98.5)))
+    least, most = max(_LEAST_GAIN, _WELL_LIT / bright), max(1.0, _WHITE / bright)
+    return float(np.clip(_USUAL / usual, least, min(most, _MOST_GAIN)))
 
 
 def _value(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
@@ -138,10 +146,13 @@ def _lift(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
     return factor
 
 
-def colour_probability(shares: dict[str, float], name: str) -> float:
+def colour_probability(shares: Mapping[str, float], name: str) -> float:
     """Return how well a thing with these shares is called by a colour: fully if that is its main colour."""
-    share = shares.get(name, 0.0)
-    top = max(shares.values(), default=0.0)
-    if top <= 0.0:
-        return 0.0
-    return float(np.clip(0.8 * share / top + 0.2 * share, 0.0, 1.0))
+    return float(colour_probabilities(shares)[COLOUR_NAMES.index(name)])
+
+
+def colour_probabilities(shares: Mapping[str, float]) -> FloatArray:
+    """Return it for all colour names."""
+    share = np.array([shares.get(name, 0.0) for name in COLOUR_NAMES])
+    top = float(share.max())
+    return np.clip(share * (0.8 / top + 0.2), 0.0, 1.0) if top > 0.0 else np.zeros(len(share))

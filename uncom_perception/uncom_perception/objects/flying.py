@@ -17,11 +17,15 @@ def without_flying(depth: FloatImage, focal_px: float) -> FloatImage:
     At a sharp edge either side has neighbours of its own; on a smear every pixel steps on both sides, the same way.
     """
     limit = depth * np.float32(_STEEPEST / focal_px)
-    flying = np.zeros(depth.shape, bool)
+    flying = []
     with np.errstate(invalid="ignore"):
-        across, down = np.diff(depth, axis=1), np.diff(depth, axis=0)
-        for step, inner in ((across, np.s_[:, 1:-1]), (down, np.s_[1:-1])):
-            one, other = (step[:, :-1], step[:, 1:]) if step is across else (step[:-1], step[1:])
-            bound = limit[inner]
-            flying[inner] |= ((one > bound) & (other > bound)) | ((one < -bound) & (other < -bound))
-    return np.where(flying, np.float32(np.nan), depth)
+        for beside in (1, depth.shape[1]):
+            # Steps from each pixel to the next one along a row, or a column; few are large enough to be looked at.
+            steps = depth.ravel()[beside:] - depth.ravel()[:-beside]
+            large = np.flatnonzero(np.abs(steps[beside:]) > limit.ravel()[beside:-beside])
+            one, other, bound = steps[large], steps[large + beside], limit.ravel()[large + beside]
+            found = large[((one > bound) & (other > bound)) | ((one < -bound) & (other < -bound))] + beside
+            flying.append(found[(found + 1) % depth.shape[1] > 1] if beside == 1 else found)
+    result = depth.copy()
+    result.ravel()[np.concatenate(flying)] = np.nan
+    return result

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.objects.numbers import quantile
 from uncom_perception.objects.plane import lowest_layer
 
 FloatImage = npt.NDArray[np.float32]
@@ -21,6 +22,7 @@ _REACH_M = 0.02
 _FAR_OFF_M = 0.05
 _HARDLY = 0.7  # of it, on what surely is table: the camera has no bow
 _STRIDE = 8
+_SPARSE = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +35,11 @@ class NoiseModel:
 
     def least_height(self, depth: FloatImage, least_m: float) -> FloatImage:
         """Return the height (H, W) above which a pixel at a depth (H, W) [m] is no longer table [m]."""
-        sigma = np.maximum(np.float32(_TIMES_NOISE * self.scale) * depth * depth, _TIMES_NOISE * self.floor_m)
-        return np.asarray(self.level_m + np.maximum(sigma, np.float32(least_m)), dtype=np.float32)
+        height = depth * depth
+        height *= np.float32(_TIMES_NOISE * self.scale)
+        np.maximum(height, np.float32(max(_TIMES_NOISE * self.floor_m, least_m)), out=height)
+        height += np.float32(self.level_m)
+        return np.asarray(height, dtype=np.float32)
 
 
 def measure_noise(wide: FloatImage, depth: FloatImage, on_table: npt.NDArray[np.bool_]) -> NoiseModel:
@@ -42,8 +47,8 @@ def measure_noise(wide: FloatImage, depth: FloatImage, on_table: npt.NDArray[np.
 
     Things only add points above the table, so that the spread below its level is noise alone.
     """
-    some = on_table[::2, ::2]
-    heights, depths = wide[::2, ::2][some], depth[::2, ::2][some]
+    some = on_table[::_SPARSE, ::_SPARSE]
+    heights, depths = wide[::_SPARSE, ::_SPARSE][some], depth[::_SPARSE, ::_SPARSE][some]
     if len(heights) < 200:
         return NoiseModel(0.0, 0.0, 0.002)
     level, floor = lowest_layer(heights)
@@ -51,11 +56,11 @@ def measure_noise(wide: FloatImage, depth: FloatImage, on_table: npt.NDArray[np.
     scales = []
     for near, far in itertools.pairwise(edges.tolist()):
         band = heights[(depths >= near) & (depths <= far)]
-        below = level - band[band < level]
+        below = band[band < level]
         if len(below) > 30:
-            scales.append(1.4826 * float(np.median(below)) / (0.5 * (near + far)) ** 2)
+            scales.append(1.4826 * (level - quantile(below, 50)) / (0.5 * (near + far)) ** 2)
     scale = float(np.median(scales)) if scales else floor
-    middle = float(np.median(depths))
+    middle = quantile(depths, 50)
     return NoiseModel(level, min(scale, _MOST_NOISE_M / middle**2), min(0.5 * floor, _MOST_NOISE_M))
 
 
@@ -80,7 +85,7 @@ def bow(height: FloatImage, on_table: npt.NDArray[np.bool_]) -> FloatImage | Non
         if float(np.ptp(fitted[sure])) < _HARDLY * _BOW_M:
             return None
         rest = values - fitted
-        spread = 1.4826 * float(np.median(np.abs(rest[keep])))
+        spread = 1.4826 * quantile(np.abs(rest[keep]), 50)
         keep = (rest > -3.0 * spread) & (rest < 2.0 * spread)
         if np.count_nonzero(keep) < 120:
             return None

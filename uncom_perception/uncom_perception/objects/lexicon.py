@@ -15,7 +15,7 @@ import numpy.typing as npt
 import yaml
 
 from uncom_perception.exceptions import InvalidLexiconError
-from uncom_perception.objects.colour import COLOUR_NAMES, colour_probability
+from uncom_perception.objects.colour import COLOUR_NAMES, colour_probabilities
 from uncom_perception.objects.shape import Shape
 
 FloatArray = npt.NDArray[np.float64]
@@ -38,6 +38,7 @@ _BOUNDS: dict[str, tuple[float, float]] = {
     "taper": (0.3, 2.5),
 }
 _MEASURES = tuple(_BOUNDS)
+_IS_HEIGHT = np.array([name == "height" for name in _MEASURES])
 _ABSOLUTE_SOFTNESS = {"handle": 0.008, "curvature": 0.03, "hollowness": 0.08, "cavity": 0.15, "roundness": 0.07}
 _FLOOR = 0.02  # a measure far outside its range counts against a word, but does not rule it out: it may be hidden
 _COLOUR_FLOOR = 0.06
@@ -76,6 +77,7 @@ class Likelihoods:
         self._low, self._high = np.full(shape, -np.inf), np.full(shape, np.inf)
         self._soft_low, self._soft_high, self._log_mass = np.ones(shape), np.ones(shape), np.zeros(shape)
         self._colours = np.zeros((len(nouns), len(COLOUR_NAMES)))
+        self._with_colour = np.array([bool(noun.colours) for noun in nouns.values()])
         self._colour_log_mass = np.zeros(len(nouns))
         for i, noun in enumerate(nouns.values()):
             for name, (low, high) in noun.shape.items():
@@ -89,33 +91,25 @@ class Likelihoods:
                 mass = max(_COLOUR_MASS, sum(noun.colours.values()) / len(COLOUR_NAMES))
                 self._colour_log_mass[i] = math.log(mass)
 
-    def log_ratios(self, shape: Shape | None, colours: Mapping[str, float], hidden: float = 0.0) -> FloatArray:
-        """Return log P(measures | noun) / P(measures | any thing) for every noun (N,).
-
-        Of a thing that is partly hidden (0 to 1) all measures but the height say less.
-        """
-        return self._log_ratios(shape, colours, hidden)[0]
-
-    def log_fits(self, shape: Shape | None, colours: Mapping[str, float], hidden: float = 0.0) -> FloatArray:
-        """Return how well the measures keep to the description of every noun (N,), as a logarithm; 0 is perfectly."""
-        return self._log_ratios(shape, colours, hidden)[1]
-
-    def _log_ratios(
-        self, shape: Shape | None, colours: Mapping[str, float], hidden: float
+    def of(
+        self, shape: Shape | None, colours: Mapping[str, float], hidden: float = 0.0
     ) -> tuple[FloatArray, FloatArray]:
+        """Return how likely the measures make each noun (N,), and how well they keep to its description (N,).
+
+        Both are logarithms: P(measures | noun) / P(measures | any thing), and 0 for a perfect fit. Of a thing that is
+        partly hidden (0 to 1) all measures but the height say less.
+        """
         total = np.zeros(len(self.names))
         kept = np.zeros(len(self.names))
         if shape is not None:
             x = np.array([getattr(shape, name) for name in _MEASURES])
             off = np.maximum(np.maximum((self._low - x) / self._soft_low, (x - self._high) / self._soft_high), 0.0)
-            trust = np.where(np.array(_MEASURES) == "height", 1.0, 1.0 - 0.75 * hidden)
-            fits = np.maximum(-0.5 * off**2, math.log(_FLOOR))
-            total += ((fits - self._log_mass) * trust).sum(axis=1)
-            kept += (fits * trust).sum(axis=1)
-        shares = dict(colours)
-        fit = (self._colours * np.array([colour_probability(shares, name) for name in COLOUR_NAMES])).max(axis=1)
-        with_colour = self._colours.any(axis=1)
-        colour = np.where(with_colour, np.log(np.maximum(fit, _COLOUR_FLOOR)), 0.0)
+            trust = np.where(_IS_HEIGHT, 1.0, 1.0 - 0.75 * hidden)
+            fits = np.maximum(-0.5 * off * off, math.log(_FLOOR))
+            total += (fits - self._log_mass) @ trust
+            kept += fits @ trust
+        fit = (self._colours * colour_probabilities(colours)).max(axis=1)
+        colour = np.where(self._with_colour, np.log(np.maximum(fit, _COLOUR_FLOOR)), 0.0)
         return total + colour - self._colour_log_mass, kept + colour
 
 

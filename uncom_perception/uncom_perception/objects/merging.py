@@ -26,6 +26,8 @@ _ALIKE, _UNLIKE = 5.0, 13.0  # [Lab, lightness at half weight]
 _SOFT = 0.3  # of folds: what lies so far beyond the limit counts fully
 _MOST_AGAINST = -1.5
 _COLOUR_WEIGHT = 0.02  # of the order in which groups are joined
+_MOST_UNLIKE = 25.0
+_NO_LINK = (0.0, 0.0, 0.0)
 _TIMES_NOISE = 1.5
 _NECK, _NECK_ALIKE = 0.3, 0.12  # of a thing's width: what joins it to another must be wider than this
 _BRIDGE = 0.15  # weight of a pixel's border in a narrow bridge
@@ -51,8 +53,8 @@ def with_bridges(
     wide: tuple[Numbers, Numbers, Array], narrow: tuple[Numbers, Numbers, Array]
 ) -> tuple[Numbers, Numbers, Array]:
     """Add to pairs of patches, and the length of their borders, those that only narrow bridges join, which say less."""
-    known = set(zip(wide[0].tolist(), wide[1].tolist(), strict=True))
-    new = np.array([pair not in known for pair in zip(narrow[0].tolist(), narrow[1].tolist(), strict=True)], dtype=bool)
+    count = 1 + max(int(side.max(initial=0)) for side in (wide[1], narrow[1]))
+    new = ~np.isin(narrow[0] * count + narrow[1], wide[0] * count + wide[1])
     a, b = (np.concatenate([wide[k], narrow[k][new]]) for k in (0, 1))
     return a, b, np.concatenate([wide[2], _BRIDGE * narrow[2][new]])
 
@@ -60,11 +62,12 @@ def with_bridges(
 def evidence(patches: Patches, a: Numbers, b: Numbers) -> tuple[Array, Array]:
     """Return for pairs of patches how much speaks for one thing (> 0) or two, and how unlike their colours are."""
     apart = patches.centre[a] - patches.centre[b]
-    distance = np.maximum(np.linalg.norm(apart, axis=1), 1e-6)
+    distance = np.maximum(np.sqrt(np.einsum("ij,ij->i", apart, apart)), 1e-6)
     fold = np.einsum("ij,ij->i", patches.normal[a] - patches.normal[b], apart) / distance
-    colour = np.linalg.norm((patches.lab[a] - patches.lab[b]) * np.array([0.5, 1.0, 1.0]), axis=1)
+    unlike = (patches.lab[a] - patches.lab[b]) * np.array([0.5, 1.0, 1.0])
+    colour = np.sqrt(np.einsum("ij,ij->i", unlike, unlike))
     unlike = np.clip((colour - _ALIKE) / (_UNLIKE - _ALIKE), 0.0, 1.0)
-    noise = float(np.median(patches.uneven[1:])) / np.maximum(np.minimum(patches.reach[a], patches.reach[b]), 1e-3)
+    noise = patches.noise[a] / np.maximum(np.minimum(patches.reach[a], patches.reach[b]), 1e-3)
     limit = (
         _SHARP_FOLD
         + (_FOLD - _SHARP_FOLD) * unlike
@@ -75,46 +78,55 @@ def evidence(patches: Patches, a: Numbers, b: Numbers) -> tuple[Array, Array]:
 
 def merged(patches: Patches, a: Numbers, b: Numbers, length: Array, score: Array, colour: Array) -> Numbers:
     """Return the group of each patch (N,): pairs whose common border speaks for one thing joined."""
-    count = len(patches.size)
-    parent = np.arange(count)
-    size = patches.size.tolist()
-    links: list[dict[int, tuple[float, float, float]]] = [{} for _ in range(count)]
-    heap: list[tuple[float, int, int, float]] = []
-
-    def wide(i: int, j: int) -> bool:
-        # Large things that only a narrow neck joins touch by chance, the more so if they differ in colour there.
-        total, for_one, unlike = links[i][j]
-        neck = _NECK if unlike > _ALIKE * total else _NECK_ALIKE
-        return for_one > neck * math.sqrt(min(size[i], size[j]))
-
-    def push(i: int, j: int) -> None:
-        if wide(i, j):
-            total, for_one, unlike = links[i][j]
-            rank = for_one - _COLOUR_WEIGHT * min(unlike / total, 25.0) * total
-            heapq.heappush(heap, (-rank, min(i, j), max(i, j), total))
-
-    for i, j, n, s, c in zip(a.tolist(), b.tolist(), length.tolist(), score.tolist(), colour.tolist(), strict=True):
-        links[i][j] = links[j][i] = (n, n * s, n * c)
-        push(i, j)
+    parent = np.arange(len(patches.size))
+    width = np.sqrt(patches.size)
+    for_one, unlike = length * score, length * colour
+    links: list[dict[int, tuple[float, float, float]]] = [{} for _ in parent]
+    for i, j, *link in zip(*(v.tolist() for v in (a, b, length, for_one, unlike)), strict=True):
+        links[i][j] = links[j][i] = (link[0], link[1], link[2])
+    # Large things that only a narrow neck joins touch by chance, the more so if they differ in colour there.
+    wide = for_one > np.where(unlike > _ALIKE * length, _NECK, _NECK_ALIKE) * np.minimum(width[a], width[b])
+    rank = _COLOUR_WEIGHT * np.minimum(colour, _MOST_UNLIKE) * length - for_one
+    heap = list(zip(*(v[wide].tolist() for v in (rank, a, b, length)), strict=True))
+    heapq.heapify(heap)
+    widths = width.tolist()
     while heap:
         _, i, j, total = heapq.heappop(heap)
-        if parent[i] != i or parent[j] != j or j not in links[i] or links[i][j][0] != total:
+        current = links[i].get(j)
+        if current is None or current[0] != total:
             continue
-        if not wide(i, j):
+        if current[1] <= (_NECK if current[2] > _ALIKE * total else _NECK_ALIKE) * min(widths[i], widths[j]):
             continue
         if len(links[i]) < len(links[j]):
             i, j = j, i
         parent[j] = i
-        size[i] += size[j]
-        del links[i][j]
-        for k, link in links[j].items():
-            if k == i:
-                continue
-            del links[k][j]
-            old = links[i].get(k, (0.0, 0.0, 0.0))
-            links[i][k] = links[k][i] = (old[0] + link[0], old[1] + link[1], old[2] + link[2])
-            push(i, k)  # what did not change only grew narrower, beside larger things
-        links[j] = {}
+        widths[i] = math.sqrt(widths[i] ** 2 + widths[j] ** 2)
+        _hand_over(links, i, j, widths, heap)
     while (parent[parent] != parent).any():
         parent = parent[parent]
     return parent
+
+
+def _hand_over(
+    links: list[dict[int, tuple[float, float, float]]],
+    i: int,
+    j: int,
+    widths: list[float],
+    heap: list[tuple[float, int, int, float]],
+) -> None:
+    """Give group i the links of group j, which is part of it now."""
+    mine = links[i]
+    del mine[j]
+    for k, added in links[j].items():
+        if k == i:
+            continue
+        other = links[k]
+        del other[j]
+        old = mine.get(k, _NO_LINK)
+        total, for_one, unlike = added[0] + old[0], added[1] + old[1], added[2] + old[2]
+        mine[k] = other[i] = (total, for_one, unlike)
+        # What did not change only grew narrower, beside larger things.
+        if for_one > (_NECK if unlike > _ALIKE * total else _NECK_ALIKE) * min(widths[i], widths[k]):
+            rank = _COLOUR_WEIGHT * min(unlike, _MOST_UNLIKE * total) - for_one
+            heapq.heappush(heap, (rank, i, k, total) if i < k else (rank, k, i, total))
+    links[j] = {}

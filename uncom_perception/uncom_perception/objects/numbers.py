@@ -22,3 +22,9 @@ def quantiles(values: Numbers, percents: Sequence[float]) -> list[float]:
     places = [round(percent / 100.0 * (values.size - 1)) for percent in percents]
     parted = np.partition(values, sorted(set(places)), axis=None)
     return [float(parted[place]) for place in places]
+
+
+def medians(values: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
+    """Return the median of each column of values (N, K)."""
+    place = len(values) // 2
+    return np.array([float(np.partition(values[:, k], place)[place]) for k in range(values.shape[1])])

@@ -108,10 +108,8 @@ class PhraseMatcher:
         certainty: float = 1.0,
     ) -> Thing:
         """Return a thing, a share of which may be hidden, with what every noun makes of its measures."""
-        ratios = self._likelihoods.log_ratios(shape, colours, hidden)
-        return Thing(
-            shape, colours, size, ratios, np.exp(self._likelihoods.log_fits(shape, colours, hidden)), certainty
-        )
+        ratios, kept = self._likelihoods.of(shape, colours, hidden)
+        return Thing(shape, colours, size, ratios, np.exp(kept), certainty)
 
     def label(self, thing: Thing) -> tuple[str, float]:
         """Return the best noun for a thing and its probability among all nouns (and an unknown kind of thing)."""
@@ -140,7 +138,7 @@ class PhraseMatcher:
         fit = np.ones(len(things))
         for i, thing in enumerate(things):
             for colour in phrase.colours:
-                fit[i] *= max(colour_probability(dict(thing.colours), colour), 0.01)
+                fit[i] *= max(colour_probability(thing.colours, colour), 0.01)
             for shape in phrase.shapes:
                 fit[i] *= max(_SHAPE_WORDS[shape](thing.shape), 0.05) if thing.shape is not None else 0.5
         return fit

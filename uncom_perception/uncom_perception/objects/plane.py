@@ -12,6 +12,7 @@ import numpy.typing as npt
 from skimage.measure import ransac
 
 from uncom_perception.exceptions import TableNotFoundError
+from uncom_perception.objects.numbers import quantile
 
 FloatArray = npt.NDArray[np.float64]
 _SAMPLE = 900
@@ -19,6 +20,7 @@ _REFINING = 8000
 _INLIER_M = 0.008
 _STOREY_M = 0.2  # level planes further apart than this are a table and the floor, or a seat
 _FLOOR_SHARE = 0.12  # of the floor's pixels: what a table must have at least
+_LAYER_M, _LAYER_BIN_M = 0.016, 0.0005  # about the plane: where its lowest layer is looked for
 _MIN_SHARE = 0.04  # of the sampled points
 _MIN_TABLE_Z_M, _MAX_TABLE_Z_M = 0.25, 1.4  # over the floor: what may be a table where the base frame is known
 _MAX_TILT_BASE = np.cos(np.radians(8.0))
@@ -188,14 +190,15 @@ def lowest_layer(heights: npt.NDArray[np.floating]) -> tuple[float, float]:
     """
     if len(heights) < 20:
         return 0.0, _INLIER_M
-    counts, edges = np.histogram(heights, bins=np.arange(-0.016, 0.0165, 0.0005))
+    bins = ((heights + _LAYER_M) * (1.0 / _LAYER_BIN_M)).astype(np.int32)[np.abs(heights) < _LAYER_M]
+    counts = np.bincount(bins, minlength=round(2.0 * _LAYER_M / _LAYER_BIN_M))
     smooth = np.convolve(counts, [0.25, 0.5, 0.25], mode="same")
     dense = np.flatnonzero(smooth > 0.5 * smooth.max())
     first = int(dense[0])
     run = dense[dense - first == np.arange(len(dense))]
     peak = int(run[smooth[run].argmax()])
-    level = 0.5 * float(edges[peak] + edges[peak + 1])
-    level = float(np.median(heights[np.abs(heights - level) < 0.0008]))  # finer than the bins, where noise is small
-    below = level - heights[heights <= level]
-    sigma = 1.4826 * float(np.median(below)) if len(below) > 10 else _INLIER_M
+    level = (peak + 0.5) * _LAYER_BIN_M - _LAYER_M
+    level = quantile(heights[np.abs(heights - level) < 0.0008], 50)  # finer than the bins, where noise is small
+    below = heights[heights <= level]
+    sigma = 1.4826 * (level - quantile(below, 50)) if len(below) > 10 else _INLIER_M
     return level, max(sigma, 0.0002)

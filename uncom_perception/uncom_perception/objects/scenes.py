@@ -67,11 +67,11 @@ def mask_box(mask: Mask) -> Box:
     return Box(float(x), float(y), float(x + width), float(y + height))
 
 
-def mask_slices(mask: Mask) -> tuple[slice, slice]:
-    """Return rows and columns of the box about a mask, one pixel wider."""
-    box = mask_box(mask)
-    rows = slice(max(0, int(box.y_min) - 1), int(box.y_max) + 1)
-    return rows, slice(max(0, int(box.x_min) - 1), int(box.x_max) + 1)
+def mask_slices(mask: Mask, rows: slice = slice(0, None), columns: slice = slice(0, None)) -> tuple[slice, slice]:
+    """Return rows and columns of the box about a mask that lies within some of them, one pixel wider."""
+    x, y, width, height = cv2.boundingRect(np.ascontiguousarray(mask[rows, columns]).view(np.uint8))
+    x, y = x + columns.start, y + rows.start
+    return slice(max(0, y - 1), y + height + 1), slice(max(0, x - 1), x + width + 1)
 
 
 def _attributes(thing: Thing) -> tuple[Attribute, ...]:

@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from uncom_perception.objects.level import measure_noise
 from uncom_perception.objects.table import TopDown
@@ -55,12 +55,14 @@ class Surfaces:
         return Surfaces(points, lab, across, down, self.pixel_m * stride)
 
 
-def surfaces_of(points: PointImage, lab: npt.NDArray[np.float32], pixel_m: float) -> Surfaces:
-    """Put surfaces together from points (H, W, 3) and a Lab image; a pixel is so wide on the table [m]."""
-    limit = np.float32(max(_GAP_M, 6.0 * pixel_m) ** 2)
-    across = _squared(points[:, 1:] - points[:, :-1]) < limit
-    down = _squared(points[1:] - points[:-1]) < limit
-    return Surfaces(points, lab, across, down, pixel_m)
+def surfaces_of(view: TableView, lab: npt.NDArray[np.float32]) -> Surfaces:
+    """Put surfaces together from what is seen of the table and a Lab image (H, W, 3) of the same."""
+    # Neighbours are a pixel's width apart across the line of sight, and so much further along it.
+    gap = max(_GAP_M, 6.0 * view.pixel_m)
+    limit = np.float32(math.sqrt(gap * gap - view.pixel_m * view.pixel_m))
+    away = view.range_m
+    across, down = (np.abs(step) < limit for step in (away[:, 1:] - away[:, :-1], away[1:] - away[:-1]))
+    return Surfaces(np.ascontiguousarray(view.points), lab, across, down, view.pixel_m)
 
 
 def foreground(view: TableView, table: TopDown) -> tuple[Mask, npt.NDArray[np.float32]]:
@@ -68,21 +70,31 @@ def foreground(view: TableView, table: TopDown) -> tuple[Mask, npt.NDArray[np.fl
 
     With them comes how far from the table's outline each of them is, seen from above [m]; infinite elsewhere.
     """
-    height = view.points[..., 2]
-    known = np.isfinite(height)
-    clipped = np.clip(np.where(known, height, np.float32(0.0)), -0.05, 0.05)
-    weight = known.astype(np.float32)
-    wide, narrow = (
-        cv2.blur(clipped, (size, size)) / np.maximum(cv2.blur(weight, (size, size)), np.float32(0.3)) for size in (5, 3)
-    )
+    height = cv2.extractChannel(view.points, 2)
+    known = height == height  # noqa: PLR0124  (only NaN is not)
+    clipped = np.clip(height, np.float32(-0.05), np.float32(0.05))
+    clipped[~known] = 0.0
+    wide, narrow = (_averaged(clipped, known, size) for size in (5, 3))
     low = measure_noise(wide, view.depth, view.on_table).least_height(view.depth, _LEAST_HEIGHT_M)
     # A pixel beside a tall thing is lifted by the average, not by itself: it must be up there, too.
-    with np.errstate(invalid="ignore"):
-        above = (wide > low) & (narrow > np.float32(0.6) * low) & (clipped > np.float32(0.5) * wide)
-        above &= height < _MAX_HEIGHT_M
+    candidates = np.flatnonzero(wide > low)
+    lowest, mean = low.ravel()[candidates], wide.ravel()[candidates]
+    own = clipped.ravel()[candidates] > np.float32(0.5) * mean
+    own &= narrow.ravel()[candidates] > np.float32(0.6) * lowest
+    own &= height.ravel()[candidates] < _MAX_HEIGHT_M
+    above = candidates[own]
     apart = np.full(height.shape, np.inf, np.float32)
-    apart[above] = table.distance(view.points[above][:, :2])
+    apart.ravel()[above] = table.distance(view.points.reshape(-1, 3)[above])
     return apart < table.reach_m, apart
+
+
+def _averaged(values: npt.NDArray[np.float32], known: Mask, size: int) -> npt.NDArray[np.float32]:
+    """Return the mean of the known values (H, W) about each pixel; others are 0, and few known ones count less."""
+    counts = cv2.boxFilter(known.view(np.uint8), -1, (size, size), normalize=False)
+    shares = np.maximum(np.arange(256, dtype=np.float32), np.float32(0.3 * size * size))
+    total = cv2.boxFilter(values, -1, (size, size), normalize=False)
+    total *= cv2.LUT(counts, np.float32(1.0) / shares)
+    return np.asarray(total, dtype=np.float32)
 
 
 def connected(surfaces: Surfaces, pixels: Mask) -> LabelImage:
@@ -104,25 +116,7 @@ def connected(surfaces: Surfaces, pixels: Mask) -> LabelImage:
     return labels
 
 
-def _squared(difference: PointImage) -> npt.NDArray[np.float32]:
-    return np.asarray(np.einsum("ijk,ijk->ij", difference, difference))
-
-
 def mask_bounds(mask: Mask) -> tuple[slice, slice] | None:
     """Return the rows and columns that a mask (H, W) covers, None if it is empty."""
     x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
     return None if width == 0 else (slice(y, y + height), slice(x, x + width))
-
-
-def label_boxes(labels: LabelImage) -> dict[int, tuple[slice, slice]]:
-    """Return rows and columns that each label covers."""
-    used = mask_bounds(labels > 0)
-    if used is None:
-        return {}
-    top, left = used[0].start, used[1].start
-    boxes = ndimage.find_objects(labels[used])
-    return {
-        i + 1: (slice(top + box[0].start, top + box[0].stop), slice(left + box[1].start, left + box[1].stop))
-        for i, box in enumerate(boxes)
-        if box is not None
-    }

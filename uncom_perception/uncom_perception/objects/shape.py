@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 
 import cv2
@@ -15,6 +16,7 @@ FloatArray = npt.NDArray[np.float64]
 
 _CELL_M = 0.003
 _SECTORS = 16
+_SLICES = 9  # along a thing, to see how it is bent
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +74,8 @@ def measure(points: npt.NDArray[np.floating], viewer: FloatArray, hull: npt.NDAr
     radius = cv2.minEnclosingCircle(body_hull)[1] + 0.5
     hull_area = max(float(cv2.contourArea(body_hull)), 1.0)
     hollow, cavity = _cavity(footprint, body, height)
-    top = float((footprint.height[footprint.mask] > height - max(0.006, 0.08 * height)).mean())
+    high = int(np.count_nonzero(footprint.height > height - max(0.006, 0.08 * height)))
+    top = high / max(int(np.count_nonzero(footprint.mask)), 1)
     neck, taper = _profile(points, viewer, height)
     return Shape(
         length=long_side,
@@ -108,10 +111,8 @@ def _rasterise(points: npt.NDArray[np.floating]) -> Footprint:
     column = ((x - origin[0]) * (1.0 / _CELL_M) + 0.5).astype(np.int32)
     row = ((y - origin[1]) * (1.0 / _CELL_M) + 0.5).astype(np.int32)
     width, length = int(column.max()) + 3, int(row.max()) + 3
-    order = np.argsort(points[:, 2])
     flat = np.full(width * length, -1.0, np.float32)
-    # Of the points in a cell the last one stays, which is the highest.
-    flat[(row * width + column)[order]] = points[order, 2]
+    np.maximum.at(flat, row * width + column, np.asarray(points[:, 2], np.float32))
     height = flat.reshape(length, width)
     kernel = np.ones((3, 3), np.uint8)
     closed = cv2.morphologyEx((height >= 0.0).astype(np.uint8), cv2.MORPH_CLOSE, kernel).view(bool)
@@ -153,6 +154,8 @@ def _split_handle(mask: npt.NDArray[np.uint8]) -> tuple[npt.NDArray[np.uint8], f
     if not body.any():
         return filled, 0.0
     rest = cv2.morphologyEx(filled & (1 - body), cv2.MORPH_OPEN, np.ones((2, 2), np.uint8))
+    if not rest.any():
+        return body, 0.0
     count, labels, stats, _ = cv2.connectedComponentsWithStats(rest)
     if count < 2:
         return body, 0.0
@@ -168,11 +171,11 @@ def _cavity(footprint: Footprint, body: npt.NDArray[np.uint8], height: float) ->
     is seen, inside a ring that is, lies behind the front rim: the top of a solid thing would be seen from above.
     """
     rows, columns = np.nonzero(body)
-    center = np.array([columns.mean(), rows.mean()])
-    offset = np.column_stack([columns, rows]) - center
-    radius = np.hypot(offset[:, 0], offset[:, 1])
-    sector = ((np.arctan2(offset[:, 1], offset[:, 0]) + np.pi) / (2.0 * np.pi) * _SECTORS).astype(int) % _SECTORS
-    reach = np.zeros(_SECTORS)
+    across, down = (values.astype(np.float32) for values in (columns, rows))
+    radius, angle = cv2.cartToPolar(across - across.mean(), down - down.mean())
+    radius = radius.ravel()
+    sector = (angle.ravel() * np.float32(_SECTORS / (2.0 * np.pi))).astype(np.int32) % _SECTORS
+    reach = np.zeros(_SECTORS, np.float32)
     np.maximum.at(reach, sector, radius)
     reach = np.maximum(reach, 1.0)
     if reach.mean() * _CELL_M < 0.015:
@@ -180,49 +183,56 @@ def _cavity(footprint: Footprint, body: npt.NDArray[np.uint8], height: float) ->
     share = radius / reach[sector]
     heights = footprint.height[rows, columns]
     seen = np.isfinite(heights)
-    rims = np.full(_SECTORS, -np.inf)
+    rims = np.full(_SECTORS, -np.inf, np.float32)
     outer = seen & (share > 0.7)
     np.maximum.at(rims, sector[outer], heights[outer])
     rims = rims[np.isfinite(rims)]
     middle = share < 0.6
-    if len(rims) < _SECTORS // 2 or middle.sum() < 5:
+    count = np.count_nonzero(middle)
+    if len(rims) < _SECTORS // 2 or count < 5:
         return 0.0, 0.0
     rim = quantile(rims, 60)
-    low = seen & middle & (heights < rim - max(0.003, 0.12 * height))
-    hollow = float((low.sum() + (middle & ~seen).sum()) / middle.sum())
+    unseen = np.count_nonzero(middle & ~seen)
+    low = np.count_nonzero(middle & (heights < rim - max(0.003, 0.12 * height)))
+    hollow = (low + unseen) / count
     inner = heights[seen & (share < 0.9)]
     depth = rim - quantile(inner, 5) if len(inner) else 0.0
-    if (middle & ~seen).sum() > 0.5 * middle.sum():
+    if unseen > 0.5 * count:
         depth = max(depth, 0.7 * height)  # so deep that the rim hides the floor
-    return hollow, float(np.clip(depth / max(height, 1e-3), 0.0, 1.0)) if hollow > 0.1 else 0.0
+    return hollow, min(max(depth / max(height, 1e-3), 0.0), 1.0) if hollow > 0.1 else 0.0
 
 
 def _curvature(points: npt.NDArray[np.floating]) -> float:
     """Return how far the middle of a thing lies off the line between its ends, over its length."""
-    flat = np.asarray(points[:, :2], dtype=float) - points[:, :2].mean(axis=0)
-    axes = np.linalg.eigh(flat.T @ flat)[1]
-    along, across = flat @ axes[:, 1], flat @ axes[:, 0]
-    length = float(np.ptp(along))
+    x, y = (points[:, k] - points[:, k].mean() for k in (0, 1))
+    angle = 0.5 * math.atan2(2.0 * float(x @ y), float(x @ x) - float(y @ y))  # of the longer axis
+    cosine, sine = np.float32(math.cos(angle)), np.float32(math.sin(angle))
+    along, across = cosine * x + sine * y, cosine * y - sine * x
+    start, end = float(along.min()), float(along.max())
+    length = end - start
     if length < 1e-3:
         return 0.0
-    bins = np.clip(((along - along.min()) / length * 9).astype(int), 0, 8)
-    middle = np.array([quantile(own, 50) if len(own := across[bins == i]) else np.nan for i in range(9)])
-    known = np.isfinite(middle)
+    bins = ((along - start) * (0.9999 * _SLICES / length)).astype(np.uint8)
+    order = np.argsort(bins, kind="stable")
+    parts = np.split(across[order], np.cumsum(np.bincount(bins, minlength=_SLICES))[:-1])
+    known = np.array([len(part) > 0 for part in parts])
     if known.sum() < 5:
         return 0.0
-    x = np.linspace(-1.0, 1.0, 9)[known]
-    bend = np.linalg.lstsq(np.column_stack([x * x, x, np.ones_like(x)]), middle[known], rcond=None)[0][0]
+    middle = np.array([quantile(part, 50) for part in parts if len(part)])
+    t = np.linspace(-1.0, 1.0, _SLICES)[known]
+    terms = np.stack([t * t, t, np.ones_like(t)])
+    bend = np.linalg.solve(terms @ terms.T, terms @ middle)[0]
     return float(abs(bend) / length)
 
 
 def _profile(points: npt.NDArray[np.floating], viewer: FloatArray, height: float) -> tuple[float, float]:
     """Compare widths across the line of sight (never hidden by the thing itself) at several heights."""
-    center = points[:, :2].mean(axis=0)
-    sight = center - viewer[:2]
-    norm = np.linalg.norm(sight)
-    sight = sight / norm if norm > 1e-3 else np.array([1.0, 0.0])
-    across = (points[:, :2] - center) @ np.array([-sight[1], sight[0]])
-    share = points[:, 2] / max(height, 1e-3)
+    center = [float(points[:, k].mean()) for k in (0, 1)]
+    ahead, aside = center[0] - float(viewer[0]), center[1] - float(viewer[1])
+    norm = math.hypot(ahead, aside)
+    ahead, aside = (ahead / norm, aside / norm) if norm > 1e-3 else (1.0, 0.0)
+    across = points[:, 1] * np.float32(ahead) - points[:, 0] * np.float32(aside)
+    share = points[:, 2] * np.float32(1.0 / max(height, 1e-3))
 
     def width(low: float, high: float) -> float:
         band = across[(share >= low) & (share < high)]
@@ -232,6 +242,6 @@ def _profile(points: npt.NDArray[np.floating], viewer: FloatArray, height: float
         return high_end - low_end
 
     top, upper, lower, low = width(0.88, 1.05), width(0.6, 0.75), width(0.25, 0.4), width(0.1, 0.6)
-    neck = top / low if np.isfinite(top) and np.isfinite(low) and low > 0.004 else 1.0
-    taper = upper / lower if np.isfinite(upper) and np.isfinite(lower) and lower > 0.004 else 1.0
-    return float(np.clip(neck, 0.0, 3.0)), float(np.clip(taper, 0.0, 3.0))
+    neck = top / low if math.isfinite(top) and math.isfinite(low) and low > 0.004 else 1.0
+    taper = upper / lower if math.isfinite(upper) and math.isfinite(lower) and lower > 0.004 else 1.0
+    return min(max(neck, 0.0), 3.0), min(max(taper, 0.0), 3.0)

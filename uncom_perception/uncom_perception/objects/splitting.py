@@ -11,11 +11,13 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from uncom_perception.objects.joining import alike_colours, is_floor, is_handle
+from uncom_perception.objects.fitting import is_floor, is_handle
+from uncom_perception.objects.joining import alike_colours
 from uncom_perception.objects.merging import borders, evidence, merged, with_bridges
-from uncom_perception.objects.numbers import quantile
+from uncom_perception.objects.numbers import medians, quantile
 from uncom_perception.objects.patches import Patches, patches_of
-from uncom_perception.objects.segments import LabelImage, Surfaces, label_boxes
+from uncom_perception.objects.regions import Regions, regions_of
+from uncom_perception.objects.segments import LabelImage, Surfaces
 from uncom_perception.types import Mask
 
 _MIN_PIXELS = 660  # smaller surfaces are one thing
@@ -23,70 +25,91 @@ _MIN_PATCH = 220  # pixels that a thing has at least
 _MIN_SHARE = 0.04  # of the surface
 _SMALL_TOP_M = 0.045  # narrower things on top of others are their caps and lids
 _STRIDE = 2
-_SPARSE = 4
+_SPARSE = 13
+_ROUNDS = 4
 _EVEN, _EVEN_SHARE = 8.0, 0.92  # of a and b in Lab, and the share of pixels within it
 _SOLID = 0.93  # share of its convex outline in the image above which a surface is convex
 
 
-def split_touching(surfaces: Surfaces, labels: LabelImage) -> tuple[LabelImage, npt.NDArray[np.int32]]:
-    """Return labels in which things that meet in a fold have labels of their own, and which label each was (L + 1,)."""
-    result = labels.copy()
-    for label, box in label_boxes(labels).items():
-        own = labels[box] == label
-        part = surfaces.cut(box)
-        if np.count_nonzero(own) < _MIN_PIXELS or _plainly_one(part, own):
-            continue
-        groups = _groups(part, own)
-        if groups.max() > 1:
-            result[box][own] = int(result.max()) + groups[own]
-    origin = np.zeros(int(result.max()) + 1, np.int32)
-    origin[result.ravel()] = labels.ravel()
-    return result, origin
+def split_touching(surfaces: Surfaces, regions: Regions) -> tuple[Regions, npt.NDArray[np.int32]]:
+    """Return regions in which things that meet in a fold have labels of their own, and what each was (L + 1,)."""
+    unsure = np.zeros(regions.count + 1, bool)
+    sizes = regions.sizes
+    for label, box in regions.boxes().items():
+        unsure[label] = sizes[label] >= _MIN_PIXELS and not _plainly_one(surfaces, regions, label, box)
+    parts = _parts(surfaces, regions, unsure) if unsure.any() else None
+    if parts is None:
+        return regions, np.arange(regions.count + 1, dtype=np.int32)
+    pixels, part, surface = parts
+    # The parts of a surface that falls apart are new labels.
+    several = np.bincount(surface[1:], minlength=regions.count + 1) > 1
+    numbers = np.where(several[surface], regions.count + np.cumsum(several[surface]), surface).astype(np.int32)
+    labels = regions.labels.copy()
+    labels.ravel()[pixels] = numbers[part]
+    origin = np.arange(max(regions.count, int(numbers.max())) + 1, dtype=np.int32)
+    origin[numbers] = surface
+    return regions_of(labels), origin
 
 
-def _plainly_one(part: Surfaces, own: Mask) -> bool:
+def _plainly_one(surfaces: Surfaces, regions: Regions, label: int, box: tuple[slice, slice]) -> bool:
     """Whether a surface has one colour and a convex outline in the image, as hardly any two things together have."""
-    some = own[::_SPARSE, ::_SPARSE]
-    lab = part.lab[::_SPARSE, ::_SPARSE, 1:][some]
-    if len(lab) == 0:
+    some = surfaces.lab.reshape(-1, 3)[regions.of(label)[::_SPARSE]]
+    even = np.ones(len(some), bool)
+    for k in (1, 2):
+        even &= np.abs(some[:, k] - quantile(some[:, k], 50)) < _EVEN
+    if np.count_nonzero(even) < _EVEN_SHARE * len(even):
         return False
-    off = np.abs(lab - np.median(lab, axis=0)).max(axis=1)
-    if float((off < _EVEN).mean()) < _EVEN_SHARE:
-        return False
-    contours = cv2.findContours(np.ascontiguousarray(own).view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[0]
+    own = (regions.labels[box] == label).view(np.uint8)
+    contours = cv2.findContours(own, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[0]
     hull = cv2.convexHull(np.concatenate(contours))
-    return float(np.count_nonzero(own)) > _SOLID * float(cv2.contourArea(hull))
+    return float(regions.sizes[label]) > _SOLID * float(cv2.contourArea(hull))
 
 
-def _groups(part: Surfaces, own: Mask) -> LabelImage:
-    """Number the things (H, W) in one surface, from 1."""
-    coarse = part.thinned(_STRIDE)
+def _parts(
+    surfaces: Surfaces, regions: Regions, unsure: Mask
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int32]] | None:
+    """Put surfaces that may be several things together from patches.
+
+    Returns:
+        The (flat) pixels of those surfaces, the part (N,) that each is of, and the surface that each part is of (P,);
+        part 0 is void. None if there is nothing to look at.
+    """
+    coarse = surfaces.thinned(_STRIDE)
     points = coarse.ground_points
-    known = own[::_STRIDE, ::_STRIDE] & np.isfinite(points[..., 2])
-    if np.count_nonzero(known) < _MIN_PIXELS // _STRIDE**2:
-        return own.astype(np.int32)
-    patches = patches_of(points, _normals(points), coarse.lab, known, coarse.pixel_m)
-    index = _grown(patches.index, own)
+    labels = np.where(unsure, np.arange(len(unsure), dtype=np.int32), 0)[regions.labels[::_STRIDE, ::_STRIDE]]
+    labels[~np.isfinite(points[..., 2])] = 0
+    enough = np.bincount(labels.ravel(), minlength=len(unsure)) >= _MIN_PIXELS // _STRIDE**2
+    enough[0] = False
+    if not enough.any():
+        return None
+    labels[~enough[labels]] = 0
+    patches = patches_of(points, _normals(points), coarse.lab, labels, coarse.pixel_m)
+    pixels = np.concatenate([regions.of(label) for label in np.flatnonzero(enough).tolist()])
+    index = _grown(patches, regions, pixels)
     a, b, length = borders(patches.index, coarse.across, coarse.down)
-    a, b, length = with_bridges((a, b, length), borders(index, part.across, part.down))
-    if len(a) == 0:
-        return own.astype(np.int32)
-    score, colour = evidence(patches, a, b)
-    group = merged(patches, a, b, length, score, colour)
-    least = max(_MIN_PATCH, _MIN_SHARE * float(np.count_nonzero(own))) / _STRIDE**2
-    group = _without_scraps(group, patches.size, (a, b, length), least)
-    group = _with_fittings(group, patches, points, (a, b))
-    numbers = np.unique(group[1:], return_inverse=True)[1].reshape(-1) + 1
-    return np.asarray(np.concatenate([[0], numbers])[index], dtype=np.int32)
+    a, b, length = with_bridges((a, b, length), borders(index, surfaces.across, surfaces.down))
+    group = np.arange(len(patches.size))
+    if len(a):
+        score, colour = evidence(patches, a, b)
+        group = merged(patches, a, b, length, score, colour)
+        least = np.maximum(_MIN_PATCH, _MIN_SHARE * regions.sizes[patches.surface]) / _STRIDE**2
+        group = _without_scraps(group, patches.size, (a, b, length), least)
+        group = _with_fittings(group, patches, points, (a, b))
+    kept, numbers = np.unique(group[1:], return_inverse=True)
+    surface = np.concatenate([[0], patches.surface[kept]]).astype(np.int32)
+    return pixels, np.concatenate([[0], numbers.reshape(-1) + 1])[index.ravel()[pixels]], surface
 
 
 def _without_scraps(
     group: npt.NDArray[np.int64],
     size: npt.NDArray[np.float64],
     pairs: tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64]],
-    least: float,
+    least: npt.NDArray[np.float64],
 ) -> npt.NDArray[np.int64]:
-    """Give groups of few pixels to the neighbour with which they share most of their border, the smallest first."""
+    """Give groups of few pixels to the neighbour with which they share most of their border, the smallest first.
+
+    What few pixels are is told by patch.
+    """
     group = group.copy()
     a, b, length = pairs
     while True:
@@ -94,7 +117,7 @@ def _without_scraps(
         i, j = group[a], group[b]
         outer = i != j
         touching = np.unique(np.concatenate([i[outer], j[outer]]))
-        small = touching[pixels[touching] < least]
+        small = touching[pixels[touching] < least[touching]]
         if len(small) == 0:
             return group
         scrap = int(small[pixels[small].argmin()])
@@ -114,16 +137,33 @@ def _with_fittings(
     """Join groups that are caps, handles or floors of others with them."""
     group = group.copy()
     a, b = pairs
+    used = np.flatnonzero(patches.index)
+    flat, index = points.reshape(-1, 3)[used], patches.index.ravel()[used]
+    seen: dict[int, tuple[npt.NDArray[np.float32], npt.NDArray[np.float64]]] = {}
+    apart: set[tuple[int, int]] = set()
+
+    def looks(k: int) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float64]]:
+        if k not in seen:
+            seen[k] = flat[group[index] == k], medians(patches.lab[group == k])
+        return seen[k]
+
     while True:
         i, j = group[a], group[b]
-        touching = {(min(p), max(p)) for p in zip(i[i != j].tolist(), j[i != j].tolist(), strict=True)}
-        image = group[patches.index]
-        clouds = {k: points[(image == k) & (patches.index > 0)] for pair in touching for k in pair}
-        colours = {k: np.median(patches.lab[group == k], axis=0) for k in clouds}
-        fitting = next((p for p in sorted(touching) if _fit(*(clouds[k] for k in p), *(colours[k] for k in p))), None)
+        outer = i != j
+        touching = {(min(p), max(p)) for p in zip(i[outer].tolist(), j[outer].tolist(), strict=True)}
+        fitting = None
+        for pair in sorted(touching - apart):
+            (one, colour), (other, other_colour) = (looks(k) for k in pair)
+            if _fit(one, other, colour, other_colour):
+                fitting = pair
+                break
+            apart.add(pair)
         if fitting is None:
             return group
         group[group == fitting[1]] = fitting[0]
+        for k in fitting:
+            seen.pop(k, None)
+        apart = {pair for pair in apart if not set(pair) & set(fitting)}
 
 
 def _fit(
@@ -136,17 +176,34 @@ def _fit(
     return _is_fitting(one, other, alike=alike) or _is_fitting(other, one, alike=alike)
 
 
-def _grown(image: LabelImage, own: Mask) -> LabelImage:
-    """Give every pixel of a surface the number of the nearest one in the thinned image."""
-    full = np.zeros(own.shape, np.int32)
-    full[::_STRIDE, ::_STRIDE] = image
-    full[~own] = 0
-    _, nearest = cv2.distanceTransformWithLabels(
-        (full == 0).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    seeds = np.zeros(int(nearest.max()) + 1, np.int32)
-    seeds[nearest[full > 0]] = full[full > 0]
-    return np.asarray(np.where(own, seeds[nearest], 0), dtype=np.int32)
+def _grown(patches: Patches, regions: Regions, pixels: npt.NDArray[np.int64]) -> LabelImage:
+    """Give each of the (flat) pixels the number of a patch next to it, of its own surface, in the thinned image."""
+    height, width = regions.labels.shape
+    near = np.repeat(np.repeat(patches.index, _STRIDE, 0), _STRIDE, 1)[:height, :width]
+    # With a border, so that all pixels have neighbours.
+    full = np.zeros((height + 2, width + 2), np.int32)
+    full[1:-1, 1:-1] = near
+    places = (pixels // width + 1) * (width + 2) + pixels % width + 1
+    own = regions.labels.ravel()[pixels]
+    numbers = full.ravel()[places]
+    wrong = np.flatnonzero(patches.surface[numbers] != own)
+    numbers[wrong] = 0
+    full.fill(0)
+    full.ravel()[places] = numbers
+    for _ in range(_ROUNDS):
+        if len(wrong) == 0:
+            break
+        for step in (-1, 1, -width - 2, width + 2, -width - 3, -width - 1, width + 1, width + 3):
+            candidate = full.ravel()[places[wrong] + step]
+            fits = (numbers[wrong] == 0) & (patches.surface[candidate] == own[wrong])
+            numbers[wrong[fits]] = candidate[fits]
+        full.ravel()[places[wrong]] = numbers[wrong]
+        wrong = wrong[numbers[wrong] == 0]
+    if len(wrong):  # out of the way of any: any patch of its surface will do
+        first = np.zeros(int(patches.surface.max()) + 1, np.int32)
+        first[patches.surface] = np.arange(len(patches.surface))
+        full.ravel()[places[wrong]] = first[own[wrong]]
+    return np.ascontiguousarray(full[1:-1, 1:-1])
 
 
 def _normals(points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:

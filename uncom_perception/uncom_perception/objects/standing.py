@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from uncom_perception.objects.numbers import quantile
+from uncom_perception.objects.numbers import medians, quantile, quantiles
+from uncom_perception.objects.regions import Regions
 from uncom_perception.objects.segments import LabelImage, Surfaces
 from uncom_perception.types import Mask
 
@@ -32,25 +33,26 @@ class Reach:
     followed: Mask  # not at the end of what is looked at about it
 
 
-def is_thing(surfaces: Surfaces, labels: LabelImage, label: int, box: tuple[slice, slice], reach: Reach) -> bool:
+def is_thing(surfaces: Surfaces, regions: Regions, label: int, box: tuple[slice, slice], reach: Reach) -> bool:
     """Whether a surface is a thing that stands on the table (or on another thing), not an arm, a wall or a speck.
 
     Args:
         surfaces: what is seen.
-        labels: all surfaces above the table (H, W).
+        regions: all surfaces above the table.
         label: the one that is asked about.
         box: rows and columns of it.
         reach: where pixels are, from the table.
     """
-    own = labels[box] == label
-    points = surfaces.ground_points[box][own]
+    pixels = regions.of(label)
+    points = surfaces.ground_points.reshape(-1, 3)[pixels]
     if len(points) < _MIN_PIXELS or max(_sides(points)) < _MIN_EXTENT_M:
         return False
-    top, bottom = quantile(points[:, 2], 98), quantile(points[:, 2], 4)
-    if top > _TALLEST_M or not _on_table(surfaces, labels, label, box, reach):
+    labels = regions.labels
+    bottom, top = quantiles(points[:, 2], (4, 98))
+    if top > _TALLEST_M or not _on_table(surfaces, regions, label, box, reach):
         return False
-    dent = top < _LOW_M and not _unlike_table(surfaces, labels, own, box)
-    if dent or (len(points) < _SLIVER_PIXELS and _along_another(labels, label, box)):
+    dent = top < _LOW_M and not _unlike_table(surfaces, labels, labels[box] == label, box)
+    if dent or (len(points) < _SLIVER_PIXELS and _along_another(regions, label, box)):
         return False
     # The lower half of a round thing is not seen from above, so it seems to begin at up to half its width.
     if bottom < max(_FLOATING_M, 0.015 + 0.5 * min(_sides(points))):
@@ -67,19 +69,22 @@ def _sides(points: npt.NDArray[np.float32]) -> tuple[float, float]:
     return float(np.ptp(points[:, 0])), float(np.ptp(points[:, 1]))
 
 
-def _on_table(surfaces: Surfaces, labels: LabelImage, label: int, box: tuple[slice, slice], reach: Reach) -> bool:
+def _on_table(surfaces: Surfaces, regions: Regions, label: int, box: tuple[slice, slice], reach: Reach) -> bool:
     """Whether a surface is over the table that is seen, or ends at its level where things hide the table's edge."""
-    own = labels[box] == label
-    if np.count_nonzero(own & ~reach.followed[box]) > 5:
+    pixels = regions.of(label)
+    inside = reach.inside.ravel()[pixels]
+    if inside.all():
+        return True
+    if np.count_nonzero(~reach.followed.ravel()[pixels]) > 5:
         return False  # it comes from far: an arm
-    if float(reach.inside[box][own].mean()) >= 0.6:
-        outside = surfaces.ground_points[box][own & ~reach.inside[box]]
+    points = surfaces.ground_points.reshape(-1, 3)[pixels]
+    if float(inside.mean()) >= 0.6:
+        outside = points[~inside]
         # An arm reaches in through the air; a pan at the table's edge lies low.
-        return not (len(outside) and max(_sides(outside)) > 0.2 and quantile(outside[:, 2], 50) > _IN_THE_AIR_M)
-    bottom = quantile(surfaces.ground_points[box][own][:, 2], 4)
-    if float(reach.beside[box][own].mean()) < 0.9 or bottom > 2.0 * _FLOATING_M:
+        return not (max(_sides(outside)) > 0.2 and quantile(outside[:, 2], 50) > _IN_THE_AIR_M)
+    if float(reach.beside.ravel()[pixels].mean()) < 0.9 or quantile(points[:, 2], 4) > 2.0 * _FLOATING_M:
         return False
-    below = _below(labels, label, box)
+    below = _below(regions.labels, label, box)
     if below is None:
         return False
     heights = surfaces.ground_points[..., 2][below]
@@ -120,20 +125,18 @@ def _unlike_table(surfaces: Surfaces, labels: LabelImage, own: Mask, box: tuple[
         return True
     weight = np.array([0.5, 1.0, 1.0], np.float32)
     table = surfaces.lab[where][ring] * weight
-    middle = np.median(table, axis=0)
-    spread = float(np.median(np.linalg.norm(table - middle, axis=1)))
+    middle = medians(table)
+    spread = quantile(np.linalg.norm(table - middle, axis=1), 50)
     mine = np.linalg.norm(surfaces.lab[box][own] * weight - middle, axis=1)
-    return float(np.median(mine)) > max(_UNLIKE, 2.2 * spread)
+    return quantile(mine, 50) > max(_UNLIKE, 2.2 * spread)
 
 
-def _along_another(labels: LabelImage, label: int, box: tuple[slice, slice]) -> bool:
+def _along_another(regions: Regions, label: int, box: tuple[slice, slice]) -> bool:
     """Whether a small surface lies along the outline of a larger one for much of its own."""
-    own = labels[box] == label
-    ring, where = _around(labels, own, box, 3)
-    beside = labels[where][ring]
+    ring, where = _around(regions.labels, regions.labels[box] == label, box, 3)
+    beside = regions.labels[where][ring]
     other = beside[(beside != 0) & (beside != label)]
     if len(other) < 0.3 * len(beside):
         return False
-    return int(np.bincount(labels.ravel(), minlength=int(other.max()) + 1)[np.bincount(other).argmax()]) > int(
-        3 * np.count_nonzero(own)
-    )
+    sizes = regions.sizes
+    return bool(sizes[np.bincount(other).argmax()] > 3 * sizes[label])

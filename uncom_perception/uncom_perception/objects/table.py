@@ -41,11 +41,13 @@ class Ground:
         to_ground[2, 3] = self.plane.normal @ pose[:3, 3] - self.plane.offset
         u = (np.arange(depth.shape[1]) - camera.cx) / camera.fx
         v = (np.arange(depth.shape[0]) - camera.cy) / camera.fy
-        points = np.empty((*depth.shape, 3), np.float32)
-        for axis, (along, down, ahead, shift) in enumerate(to_ground[:3]):
+        planes = []
+        for along, down, ahead, shift in to_ground[:3]:
             rays = (down * v + ahead).astype(np.float32)[:, None] + (along * u).astype(np.float32)
-            points[..., axis] = rays * depth + np.float32(shift)
-        return points
+            rays *= depth
+            rays += np.float32(shift)
+            planes.append(rays)
+        return np.asarray(cv2.merge(planes), dtype=np.float32)
 
 
 def ground_frame(plane: Plane, *, gravity_known: bool) -> Ground:
@@ -63,16 +65,16 @@ def ground_frame(plane: Plane, *, gravity_known: bool) -> Ground:
 
 def table_pixels(height: npt.NDArray[np.float32], sigma_m: float) -> Mask:
     """Return the pixels (H, W) that lie on the plane, without thin stripes where walls cross it."""
-    with np.errstate(invalid="ignore"):
-        on = np.abs(height) < np.float32(max(0.006, 4.0 * sigma_m))
-    mask = cv2.morphologyEx(on.view(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5), np.uint8))
+    level = max(0.006, 4.0 * sigma_m)
+    mask = cv2.morphologyEx(cv2.inRange(height, -level, level), cv2.MORPH_OPEN, np.ones((5, 5), np.uint8))
     # Half the pixels a row and half the rows tell the large pieces.
     count, labels, stats, _ = cv2.connectedComponentsWithStats(np.ascontiguousarray(mask[::2, ::2]), connectivity=4)
     if count < 2:
         return np.zeros(height.shape, dtype=bool)
     areas = stats[1:, cv2.CC_STAT_AREA]
-    keep = np.concatenate([[False], areas > max(40, 0.01 * areas.max())])[labels]
-    return np.asarray(np.repeat(np.repeat(keep, 2, 0), 2, 1)[: height.shape[0], : height.shape[1]] & mask.view(bool))
+    keep = np.concatenate([[0], areas > max(40, 0.01 * areas.max())]).astype(np.uint8)[labels]
+    whole = cv2.resize(keep, None, fx=2, fy=2, interpolation=cv2.INTER_NEAREST)[: height.shape[0], : height.shape[1]]
+    return np.asarray((mask & whole).view(bool))
 
 
 def find_table(

@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import functools
+from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import invert
@@ -13,11 +15,13 @@ from uncom_perception.exceptions import TableNotFoundError
 from uncom_perception.objects.detector import DepthImage, FloatArray
 from uncom_perception.objects.flying import without_flying
 from uncom_perception.objects.level import bow
+from uncom_perception.objects.numbers import quantile
 from uncom_perception.objects.plane import find_table_plane
-from uncom_perception.objects.table import Ground, PointImage, find_table, ground_frame, table_pixels
+from uncom_perception.objects.table import Ground, PointImage, TopDown, find_table, ground_frame, table_pixels
 from uncom_perception.types import Mask, TableSurface
 
 _STRIDE = 4
+_BELOW_M, _HIGHEST_M = 0.01, 0.65  # heights over the table of what is looked at
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +29,7 @@ class TableView:
     """What a depth image says about the table.
 
     Points (H, W, 3) are x, y on the table and height above it [m]; the viewer (3,) is where the camera is in the same
-    frame; the outline (N, 2) is that of the table top [m].
+    frame; the outline (N, 2) is that of the table top [m]; ranges (H, W) are along the lines of sight [m].
     """
 
     ground: Ground
@@ -34,8 +38,26 @@ class TableView:
     surface: TableSurface
     outline: FloatArray
     depth: DepthImage
+    range_m: DepthImage
     pixel_m: float
     viewer: FloatArray
+
+    def cut(self, box: tuple[slice, slice]) -> TableView:
+        """Return a part of it."""
+        points = np.ascontiguousarray(self.points[box])
+        on_table, depth, away = self.on_table[box], self.depth[box], self.range_m[box]
+        return replace(self, points=points, on_table=on_table, depth=depth, range_m=away)
+
+    def box_of(self, table: TopDown) -> tuple[slice, slice] | None:
+        """Return the rows and columns of all that may stand on the table or hang over it; None if nothing is there."""
+        points = self.points[::_STRIDE, ::_STRIDE]
+        v, u = np.nonzero((points[..., 2] > -_BELOW_M) & (points[..., 2] < _HIGHEST_M))
+        near = np.isfinite(table.distance(points[v, u]))
+        if not near.any():
+            return None
+        spans = ((int(k[near].min()), int(k[near].max())) for k in (v, u))
+        rows, columns = (slice(max(0, _STRIDE * (low - 2)), _STRIDE * (high + 3)) for low, high in spans)
+        return rows, columns
 
 
 def view_table(depth: DepthImage, camera: PinholeCamera, camera_in_base: FloatArray | None) -> TableView:
@@ -51,17 +73,28 @@ def view_table(depth: DepthImage, camera: PinholeCamera, camera_in_base: FloatAr
     plane = find_table_plane(_sparse_points(depth, camera, pose), up, gravity_known=known)
     ground = ground_frame(plane, gravity_known=known)
     points = ground.project(depth, camera, pose)
-    on_table = table_pixels(points[..., 2], plane.sigma_m)
+    height = cv2.extractChannel(points, 2)
+    on_table = table_pixels(height, plane.sigma_m)
     if not on_table.any():
         raise TableNotFoundError("no table seen: the surface found is too small")
-    curved = bow(points[..., 2], on_table)
+    curved = bow(height, on_table)
     if curved is not None:
-        points[..., 2] -= curved
-        on_table = table_pixels(points[..., 2], plane.sigma_m)
+        height -= curved
+        points[..., 2] = height
+        on_table = table_pixels(height, plane.sigma_m)
     surface, outline = find_table(points, on_table, ground, camera, invert(pose))
-    pixel_m = float(np.median(depth[on_table][::50])) / camera.fx
+    pixel_m = quantile(depth[::3, ::3][on_table[::3, ::3]], 50) / camera.fx
     viewer = (ground.to_ground @ pose)[:3, 3]
-    return TableView(ground, points, on_table, surface, outline, depth, pixel_m, viewer)
+    away = depth * _ray_lengths(camera)
+    return TableView(ground, points, on_table, surface, outline, depth, away, pixel_m, viewer)
+
+
+@functools.lru_cache(maxsize=4)
+def _ray_lengths(camera: PinholeCamera) -> DepthImage:
+    """Return how long the ray of each pixel (H, W) is at a depth of 1."""
+    u = (np.arange(camera.width) - camera.cx) / camera.fx
+    v = (np.arange(camera.height) - camera.cy) / camera.fy
+    return np.sqrt(1.0 + u[None] ** 2 + v[:, None] ** 2).astype(np.float32)
 
 
 def _sparse_points(depth: DepthImage, camera: PinholeCamera, pose: FloatArray) -> FloatArray:
