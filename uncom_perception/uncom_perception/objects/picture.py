@@ -10,13 +10,13 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 from uncom_common.camera import PinholeCamera
 
 from uncom_perception.objects.arms import bare_skin
 from uncom_perception.objects.colour import exposure, name_colours
 from uncom_perception.objects.detector import DepthImage, FloatArray, ObjectDetector, RgbImage, check_images
 from uncom_perception.objects.phrases import PhraseMatcher
+from uncom_perception.objects.picture_pieces import pieces_of
 from uncom_perception.objects.scenes import answer
 from uncom_perception.types import HandsFrame, Mask, Scene, TableSurface
 
@@ -25,9 +25,9 @@ _CHROMA_LIMIT = 9.0
 _LIGHTER_LIMIT, _DARKER_LIMIT = 14.0, 34.0  # shadows darken the table without changing its hue much
 _WORK_WIDTH = 640
 _FIT_STRIDE = 6
-_LEAST_SHARE = 0.0006  # of the picture
-_EDGE_PX = 7.0  # from the outline of the table or of the picture: what lies there is hardly a thing
-_THIN_PX = 16.0  # thinner pieces must be solid
+_GAP_SHARE = 0.35  # of the width of what has the colour of the table: less is no gap between its legs
+_PIECES = 6  # of the table that things part
+_LEAST_PIECE = 0.004  # of the picture
 
 
 class PictureDetector(ObjectDetector):
@@ -69,7 +69,7 @@ class PictureDetector(ObjectDetector):
         size = image_rgb.shape[1::-1]
         masks = [
             cv2.resize(m.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST).astype(bool)
-            for m in _split(things, table)
+            for m in pieces_of(things, table, small, lab)
         ]
         gain = exposure(image_rgb)
         found = [self._matcher.describe(None, name_colours(image_rgb[m], gain), float(np.sqrt(m.sum()))) for m in masks]
@@ -125,13 +125,71 @@ def _region(like: Mask) -> Mask | None:
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
     if count < 2:
         return None
-    largest = labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
-    contour = max(
-        cv2.findContours(largest.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=cv2.contourArea
-    )
-    region = np.zeros(like.shape, np.uint8)
-    cv2.fillPoly(region, [cv2.convexHull(contour)], 1)
-    return region.astype(bool)
+    pieces = np.argsort(-stats[1:, cv2.CC_STAT_AREA])[:_PIECES] + 1
+    table = labels == pieces[0]
+    hull = cv2.convexHull(_above_legs(table, _outline(table)))
+    for piece in pieces[1:]:  # a row of things may part the table
+        other = labels == piece
+        area = int(stats[piece, cv2.CC_STAT_AREA])
+        if area > _LEAST_PIECE * like.size and np.count_nonzero(other & _filled(like.shape, hull)) > 0.5 * area:
+            table |= other
+            continue
+        wider = cv2.convexHull(np.vstack([hull, _outline(other)]))
+        gained = _filled(like.shape, wider) & ~_filled(like.shape, hull)
+        if area > _LEAST_PIECE * like.size and area > 0.5 * np.count_nonzero(gained):
+            table |= other
+            hull = cv2.convexHull(_above_legs(table, np.vstack([hull, _outline(other)])))
+    return _filled(like.shape, hull)
+
+
+def _outline(mask: Mask) -> npt.NDArray[np.int32]:
+    """Return the outline (N, 1, 2) of the largest piece of a mask."""
+    contours = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+    return np.asarray(max(contours, key=cv2.contourArea), dtype=np.int32)
+
+
+def _above_legs(table: Mask, contour: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    """Return the outline's points without those of legs: between legs there is a wide gap that is open downwards."""
+    whole = _filled(table.shape, cv2.convexHull(contour))
+    count, labels, stats, _ = cv2.connectedComponentsWithStats((whole & ~table).astype(np.uint8))
+    width = int(np.count_nonzero(whole.any(axis=0)))
+    lowest = whole.shape[0] - 1 - whole[::-1].argmax(axis=0)
+    for i in range(1, count):
+        if stats[i, cv2.CC_STAT_WIDTH] < _GAP_SHARE * width:
+            continue
+        gap = labels == i
+        columns = np.flatnonzero(gap.any(axis=0))
+        bottom = gap.shape[0] - 1 - gap[::-1, columns].argmax(axis=0)
+        open_below = np.count_nonzero(bottom >= lowest[columns] - 3)
+        if open_below < _GAP_SHARE * width:
+            continue
+        slope, level = _commonest_line(columns.astype(float), gap[:, columns].argmax(axis=0).astype(float))
+        kept = contour[contour[:, 0, 1] < level + slope * contour[:, 0, 0] + 2.0]
+        contour = kept if len(kept) > 2 else contour
+    return contour
+
+
+def _commonest_line(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> tuple[float, float]:
+    """Return slope and level of the line through two of the points that most others lie on, and fewest above.
+
+    It is the front edge of a table; things may stand out over it, and the gap under it has no other upper side.
+    """
+    i, j = np.triu_indices(24, 1)
+    at = np.linspace(0, len(x) - 1, 24).astype(int)
+    i, j = at[i], at[j]
+    apart = x[j] - x[i] > 0.05 * (x[-1] - x[0])
+    i, j = i[apart], j[apart]
+    slopes = (y[j] - y[i]) / (x[j] - x[i])
+    levels = y[i] - slopes * x[i]
+    votes = np.count_nonzero(np.abs(y - slopes[:, None] * x - levels[:, None]) < 2.5, axis=1)
+    best = int(np.where(np.abs(slopes) < 0.5, votes, -1).argmax())
+    return float(slopes[best]), float(levels[best])
+
+
+def _filled(shape: tuple[int, ...], outline: npt.NDArray[np.int32]) -> Mask:
+    mask = np.zeros(shape[:2], np.uint8)
+    cv2.fillPoly(mask, [outline], 1)
+    return mask.astype(bool)
 
 
 def _even_colour(lab: npt.NDArray[np.float32], table: Mask) -> npt.NDArray[np.float32] | None:
@@ -154,29 +212,6 @@ def _even_colour(lab: npt.NDArray[np.float32], table: Mask) -> npt.NDArray[np.fl
 
 def _terms(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
-
-
-def _split(things: Mask, region: Mask) -> list[Mask]:
-    """Return one mask a piece, without specks and without the slivers that the table's edge leaves."""
-    opened = cv2.morphologyEx(things.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-    labels, count = ndimage.label(opened)
-    framed = np.pad(region, 1, constant_values=False).astype(np.uint8)
-    inner = cv2.distanceTransform(framed, cv2.DIST_L2, 3)[1:-1, 1:-1] > _EDGE_PX
-    masks = []
-    for i in range(1, count + 1):
-        mask = np.asarray(ndimage.binary_fill_holes(labels == i), dtype=bool)
-        area = int(np.count_nonzero(mask))
-        if not _LEAST_SHARE * things.size < area < 0.25 * things.size or np.count_nonzero(mask & inner) < 0.5 * area:
-            continue
-        thickness = 2.0 * float(cv2.distanceTransform(np.pad(mask, 1).astype(np.uint8), cv2.DIST_L2, 3).max())
-        if thickness > _THIN_PX or area > 0.5 * _solid_area(mask):
-            masks.append(mask)
-    return masks
-
-
-def _solid_area(mask: Mask) -> float:
-    contours = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
-    return float(cv2.contourArea(cv2.convexHull(np.concatenate(contours))))
 
 
 def _surface(region: Mask, scale: float) -> TableSurface | None:
