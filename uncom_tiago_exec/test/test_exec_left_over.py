@@ -17,6 +17,7 @@ from exec_fixtures import (
 from uncom_perception.types import Scene
 from uncom_sim.bench_planning_scenes import detection, flat_table
 from uncom_tiago_exec.config import ExecutionConfig
+from uncom_tiago_exec.driving import BaseDriver
 from uncom_tiago_exec.engine import Engine
 from uncom_tiago_exec.exceptions import MotionError
 from uncom_tiago_exec.midway import middle_places
@@ -141,3 +142,21 @@ def test_from_around_a_tall_thing_just_let_go_the_hand_goes_back_along_its_finge
     ways = way_home(robot(), plan, joints, ExecutionConfig(), Left(released=True, last=lower))
     assert np.abs(ways[-1].positions[-1] - plan.home).max() < 0.02
     assert np.allclose(ways[0].positions[0], lower.positions[-1], atol=1e-3)
+
+
+@pytest.mark.parametrize("at_home", [True, False])
+def test_a_base_stays_where_an_arm_was_left_over_the_table(at_home):
+    class Driven(LookingOn):
+        went = 0.0
+
+        def drive(self, distance):
+            self.went += distance
+            return distance
+
+    machine = Driven([scene_of(())], [0.05])
+    base = BaseDriver(machine)
+    with pytest.raises(MotionError), base.driven(0.06, lambda: at_home):
+        raise MotionError("held up")
+    assert machine.went == base.ahead == (0.0 if at_home else 0.06)
+    base.back()
+    assert machine.went == base.ahead == 0.0

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from uncom_tiago_exec.exceptions import ExecutionError, StoppedError
@@ -19,13 +19,16 @@ class BaseDriver:
         self.ahead = 0.0
 
     @contextmanager
-    def driven(self, ahead: float) -> Iterator[None]:
-        """Drive nearer by a distance [m], and back at the end; after a stop the next command does that."""
+    def driven(self, ahead: float, is_home: Callable[[], bool]) -> Iterator[None]:
+        """Drive nearer by a distance [m], and back at the end.
+
+        After a stop, or a fault that left an arm elsewhere than at home, it stays: the next command brings both back.
+        """
         self._drive(ahead)
         try:
             yield
         except ExecutionError as error:
-            if not isinstance(error, StoppedError):
+            if not isinstance(error, StoppedError) and is_home():
                 self.back()
             raise
         self.back()

@@ -72,20 +72,23 @@ class Engine:
             self._unfinished = self._under_way
             return self._end(Stage.STOPPED, str(error))
         except ExecutionError as error:
-            self._unfinished = self._astray()
+            to_go_home = not self._hand.in_hand or self._base.ahead != 0.0
+            self._unfinished = self._under_way if to_go_home and self._is_astray() else None
             return self._end(Stage.FAILED, str(error))
         return self._end(Stage.DONE, text)
 
     def _own_among(self, task: ManipulationTask) -> frozenset[str]:
-        """Return the ids of what was seen of the robot itself, and of what it holds."""
+        """Return the ids of what was seen of the robot, and of what it holds."""
         held = self._under_way if self._hand.in_hand else None
         return own_body(self.model, self._robot.positions(), held).among((*task.scene, task.object))
 
-    def _astray(self) -> Plan | None:
-        """Return the plan under way if its arm was left elsewhere than at home, with nothing in its hand."""
-        plan = self._under_way
-        gone = plan is not None and not self._hand.in_hand and is_astray(self.model, plan, self._robot.positions())
-        return plan if gone else None
+    def _is_astray(self) -> bool:
+        """Tell whether an arm was left elsewhere than at home, or may have been: joint states fell silent."""
+        try:
+            plan = self._under_way
+            return plan is not None and is_astray(self.model, plan, self._robot.positions())
+        except MotionError:
+            return True
 
     def _finish_what_was_left(self, task: ManipulationTask) -> ManipulationTask:
         """Go home first if the last command was stopped, or failed, on its way; then look where everything is now.
@@ -185,7 +188,7 @@ class Engine:
     def _nearer_by(self, ahead: float) -> Iterator[None]:
         """Do something from a distance [m] nearer; see BaseDriver."""
         self._hand.tell(Stage.APPROACHING, f"driving {ahead * 100:.0f} cm nearer")
-        with self._base.driven(ahead):
+        with self._base.driven(ahead, lambda: not self._is_astray()):
             yield
 
     def _by_the_middle(self, task: ManipulationTask, refusal: RefusedError) -> str:
@@ -289,8 +292,7 @@ class Engine:
         if task.primitive == "pour":  # it is to stand again where it was
             task, plan = replace(task, target=None), replace(plan, scene=replace(plan.scene, target=None))
         finding = verify(task, plan, self._robot.look())
-        data = finding.as_data()
-        self._verification = data
+        self._verification = data = finding.as_data()
         self._hand.tell(Stage.VERIFYING, finding.text, plan.side, data)
         if not finding.success:
             raise MisplacedError(finding.text)
