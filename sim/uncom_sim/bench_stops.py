@@ -98,7 +98,9 @@ class Stopped:
 
     def _report(self, status: Status) -> None:
         self._driving = "driving" in status.detail
-        if status.stage == self._wanted and self.machine.stop_at_s is None and self.rng.random() < 0.5:
+        if self._wanted is None or self.machine.stop_at_s is not None or status.stage < self._wanted:
+            return
+        if status.stage > self._wanted or self.rng.random() < 0.5:
             within_s = float(status.data.get("duration_s", _SHORT_S))  # type: ignore[arg-type]
             self.machine.stop_at_s = self.simulator.time_s + float(self.rng.uniform(0.0, within_s))
 
