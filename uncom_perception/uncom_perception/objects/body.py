@@ -20,13 +20,13 @@ Outline = npt.NDArray[np.float32]
 
 _VOXEL_M = 0.004
 _CROWD_M = 0.012
-_MAX_POINTS = 4000
+_MAX_POINTS = 6000
 
 
 def clean_points(ground_points: PointImage, mask: Mask) -> npt.NDArray[np.float32]:
     """Return a thing's points (N, 3) on the ground, without the flying ones that depth cameras see at edges."""
     pixels = np.flatnonzero(mask)
-    pixels = pixels[:: max(1, len(pixels) // _MAX_POINTS)]
+    pixels = pixels[:: 1 + len(pixels) // _MAX_POINTS]
     points = ground_points.reshape(-1, 3)[pixels]
     points = points[points[:, 2] > -0.01]  # which drops the unknown ones, too
     if len(points) < 30:

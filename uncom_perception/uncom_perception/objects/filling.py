@@ -13,7 +13,8 @@ import numpy.typing as npt
 
 from uncom_perception.types import Mask
 
-_BIN = np.array([10.0, 7.0, 7.0], np.float32)  # of lightness, a and b
+_BINS = (10.0, 7.0, 7.0)  # widths of cells, of lightness, a and b
+_MIDDLES = (0.0, 20.0, 20.0)  # the cells of black
 _SIZE = (12, 40, 40)
 _MIN_GAP = 0.06  # of the mask's area: less is not worth a look
 _RING = 13  # pixels about a thing whose colours are the table's
@@ -43,14 +44,15 @@ def fill_by_colour(mask: Mask, taken: Mask, lab: npt.NDArray[np.float32], box: t
     ring = ~hull.view(bool) & ~others
     if np.count_nonzero(ring) < 50:
         return
-    cells = np.clip(
-        np.floor(lab[rows, columns] / _BIN).astype(np.int32) + np.array([0, 20, 20]), 0, np.array(_SIZE) - 1
-    )
-    code = (cells[..., 0] * _SIZE[1] + cells[..., 1]) * _SIZE[2] + cells[..., 2]
     inner = cv2.erode(part, np.ones((3, 3), np.uint8)).view(bool)
-    mine, theirs = _frequencies(code[inner if np.count_nonzero(inner) > 50 else own]), _frequencies(code[ring])
-    like = gaps & (mine > _LIKELIER * theirs)[code]
-    found = cv2.morphologyEx(like.view(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) | part
+    window = lab[rows, columns]
+    asked, ours = _codes(window[gaps]), _codes(window[inner if np.count_nonzero(inner) > 50 else own])
+    theirs = _codes(window[::2, ::2][ring[::2, ::2]])
+    like = np.zeros_like(part)
+    like[gaps] = _frequencies(ours, asked) > _LIKELIER * _frequencies(theirs, asked)
+    if not like.any():
+        return
+    found = cv2.morphologyEx(like, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)) | part
     closed = cv2.morphologyEx(found, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5)))
     labels = cv2.connectedComponents(closed, connectivity=4)[1]
     touched = np.zeros(int(labels.max()) + 1, bool)
@@ -58,9 +60,18 @@ def fill_by_colour(mask: Mask, taken: Mask, lab: npt.NDArray[np.float32], box: t
     mask[rows, columns] |= touched[labels] & hull.view(bool) & ~(others & ~own)
 
 
-def _frequencies(codes: npt.NDArray[np.int32]) -> npt.NDArray[np.float64]:
-    counts = np.bincount(codes, minlength=_SIZE[0] * _SIZE[1] * _SIZE[2]).reshape(_SIZE).astype(np.float32)
-    smooth = counts.copy()
-    for axis in range(3):
-        smooth += 0.5 * (np.roll(counts, 1, axis) + np.roll(counts, -1, axis))
-    return np.asarray((smooth / max(len(codes), 1) + 1e-4).ravel(), dtype=float)
+def _codes(lab: npt.NDArray[np.float32]) -> npt.NDArray[np.int32]:
+    """Return the number of the cell in colour space that each colour (N, 3) lies in."""
+    cells = [
+        np.clip((lab[:, k] * np.float32(1.0 / width) + np.float32(middle)).astype(np.int32), 0, most - 1)
+        for k, (width, middle, most) in enumerate(zip(_BINS, _MIDDLES, _SIZE, strict=True))
+    ]
+    return np.asarray((cells[0] * _SIZE[1] + cells[1]) * _SIZE[2] + cells[2])
+
+
+def _frequencies(codes: npt.NDArray[np.int32], asked: npt.NDArray[np.int32]) -> npt.NDArray[np.float32]:
+    """Return how frequent colours like those asked for are among others."""
+    margin = _SIZE[1] * _SIZE[2]
+    counts = np.bincount(codes + margin, minlength=(_SIZE[0] + 2) * margin).astype(np.float32)
+    around = [counts[asked + margin + step] for step in (1, -1, _SIZE[2], -_SIZE[2], margin, -margin)]
+    return np.asarray((counts[asked + margin] + np.float32(0.5) * sum(around)) / max(len(codes), 1) + 1e-4, np.float32)

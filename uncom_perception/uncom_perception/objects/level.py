@@ -22,7 +22,7 @@ _REACH_M = 0.02
 _FAR_OFF_M = 0.05
 _HARDLY = 0.7  # of it, on what surely is table: the camera has no bow
 _STRIDE = 8
-_SPARSE = 3
+_SPARSE = 4
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from uncom_perception.objects.numbers import quantile
 
 FloatArray = npt.NDArray[np.float64]
 _SAMPLE = 900
-_REFINING = 8000
+_REFINING = 4000
 _INLIER_M = 0.008
 _STOREY_M = 0.2  # level planes further apart than this are a table and the floor, or a seat
 _FLOOR_SHARE = 0.12  # of the floor's pixels: what a table must have at least

@@ -16,7 +16,7 @@ Box = tuple[slice, slice]
 
 @dataclass(frozen=True, slots=True)
 class Regions:
-    """Labels (H, W), 0 for none, and the flat indices of the labelled pixels by label, in the image's order.
+    """Labels (H, W), 0 for none, and the flat indices of the labelled pixels by label.
 
     Those of label i are pixels[starts[i]:starts[i + 1]].
     """
@@ -48,28 +48,43 @@ class Regions:
         used = np.flatnonzero(self.sizes)
         if len(used) == 0:
             return {}
-        row, column = np.divmod(self.pixels, self.labels.shape[1])
         firsts = self.starts[used]
-        left, right = np.minimum.reduceat(column, firsts), np.maximum.reduceat(column, firsts)
-        top, bottom = row[firsts], row[self.starts[used + 1] - 1]
-        sides = (top, bottom, left, right)
+        sides = [
+            extreme.reduceat(values, firsts).tolist()
+            for values in np.divmod(self.pixels.astype(np.int32), self.labels.shape[1])
+            for extreme in (np.minimum, np.maximum)
+        ]
         return {
             label: (slice(t, b + 1), slice(lo, hi + 1))
-            for label, t, b, lo, hi in zip(used.tolist(), *(s.tolist() for s in sides), strict=True)
+            for label, t, b, lo, hi in zip(used.tolist(), *sides, strict=True)
         }
 
     def renumbered(self, numbers: npt.NDArray[np.integer]) -> Regions:
         """Return the same pixels with other labels, by the old ones (L + 1,); 0 takes them out."""
+        ids = np.asarray(numbers, np.int32)[self.ids()]
         labels = np.zeros(self.labels.shape, np.int32)
-        labels.ravel()[self.pixels] = numbers[self.ids()]
-        return regions_of(labels)
+        labels.ravel()[self.pixels] = ids
+        kept = np.flatnonzero(ids)
+        return _sorted(labels, self.pixels[kept], ids[kept])
 
 
-def regions_of(labels: LabelImage) -> Regions:
-    """Sort the pixels of a labelled image (H, W) by label."""
+def regions_of(labels: LabelImage, least: int = 1) -> Regions:
+    """Sort the pixels of a labelled image (H, W) by label; those with fewer than the least are taken out."""
     flat = labels.ravel()
     used = np.flatnonzero(flat)
     ids = flat[used]
+    sizes = np.bincount(ids)
+    if len(ids) == 0 or sizes[sizes > 0].min() >= least:
+        return _sorted(labels, used, ids)
+    keep = sizes >= least
+    ids = np.where(keep, np.cumsum(keep), 0).astype(np.int32)[ids]
+    kept = np.flatnonzero(ids)
+    cleaned = np.zeros(labels.shape, np.int32)
+    cleaned.ravel()[used] = ids
+    return _sorted(cleaned, used[kept], ids[kept])
+
+
+def _sorted(labels: LabelImage, pixels: Pixels, ids: npt.NDArray[np.int32]) -> Regions:
     order = np.argsort(ids.astype(np.uint16), kind="stable")  # in one pass, as the numbers are short
     starts = np.concatenate([[0], np.cumsum(np.bincount(ids))]) if len(ids) else np.zeros(2, np.int64)
-    return Regions(labels, used[order], starts)
+    return Regions(labels, pixels[order], starts)

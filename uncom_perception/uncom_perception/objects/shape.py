@@ -16,6 +16,7 @@ FloatArray = npt.NDArray[np.float64]
 
 _CELL_M = 0.003
 _SECTORS = 16
+_ENOUGH = 1500  # points to see how it is bent, and its widths
 _SLICES = 9  # along a thing, to see how it is bent
 
 
@@ -76,7 +77,8 @@ def measure(points: npt.NDArray[np.floating], viewer: FloatArray, hull: npt.NDAr
     hollow, cavity = _cavity(footprint, body, height)
     high = int(np.count_nonzero(footprint.height > height - max(0.006, 0.08 * height)))
     top = high / max(int(np.count_nonzero(footprint.mask)), 1)
-    neck, taper = _profile(points, viewer, height)
+    some = points[:: 1 + len(points) // _ENOUGH]
+    neck, taper = _profile(some, viewer, height)
     return Shape(
         length=long_side,
         width=min(short_side, body_width),
@@ -90,7 +92,7 @@ def measure(points: npt.NDArray[np.floating], viewer: FloatArray, hull: npt.NDAr
         hollowness=hollow,
         cavity=cavity,
         handle=handle,
-        curvature=_curvature(points),
+        curvature=_curvature(some),
         flat_top=top,
         neck=neck,
         taper=taper,

@@ -26,11 +26,12 @@ _SLIVER_PIXELS = 150  # smaller pieces along another thing's outline are of that
 
 @dataclass(frozen=True, slots=True)
 class Reach:
-    """Where pixels (H, W) are, from the table."""
+    """How far (flat) pixels are from the table, seen from above [m], and how far things may be."""
 
-    inside: Mask  # over it, or hardly beside it
-    beside: Mask  # so near that what is there may hide its edge
-    followed: Mask  # not at the end of what is looked at about it
+    apart: npt.NDArray[np.float32]
+    inside_m: float  # over it, or hardly beside it
+    beside_m: float  # so near that what is there may hide its edge
+    followed_m: float  # not at the end of what is looked at about it
 
 
 def is_thing(surfaces: Surfaces, regions: Regions, label: int, box: tuple[slice, slice], reach: Reach) -> bool:
@@ -72,17 +73,18 @@ def _sides(points: npt.NDArray[np.float32]) -> tuple[float, float]:
 def _on_table(surfaces: Surfaces, regions: Regions, label: int, box: tuple[slice, slice], reach: Reach) -> bool:
     """Whether a surface is over the table that is seen, or ends at its level where things hide the table's edge."""
     pixels = regions.of(label)
-    inside = reach.inside.ravel()[pixels]
+    apart = reach.apart[pixels]
+    inside = apart <= reach.inside_m
     if inside.all():
         return True
-    if np.count_nonzero(~reach.followed.ravel()[pixels]) > 5:
+    if np.count_nonzero(apart > reach.followed_m) > 5:
         return False  # it comes from far: an arm
     points = surfaces.ground_points.reshape(-1, 3)[pixels]
     if float(inside.mean()) >= 0.6:
         outside = points[~inside]
         # An arm reaches in through the air; a pan at the table's edge lies low.
         return not (max(_sides(outside)) > 0.2 and quantile(outside[:, 2], 50) > _IN_THE_AIR_M)
-    if float(reach.beside.ravel()[pixels].mean()) < 0.9 or quantile(points[:, 2], 4) > 2.0 * _FLOATING_M:
+    if float((apart <= reach.beside_m).mean()) < 0.9 or quantile(points[:, 2], 4) > 2.0 * _FLOATING_M:
         return False
     below = _below(regions.labels, label, box)
     if below is None:

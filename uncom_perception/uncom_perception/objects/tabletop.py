@@ -29,7 +29,7 @@ from uncom_perception.types import Geometry, HandsFrame, Mask, Scene, TableSurfa
 _HIDDEN_IN_THINGS = 0.6
 _SURE_PIXELS = 300
 _BLURRED_MOST = 0.5
-_MAX_PIXELS = 1200  # that colours are named by
+_MAX_PIXELS = 1000  # that colours are named by
 
 
 class TabletopDetector(ObjectDetector):
@@ -114,4 +114,4 @@ def _surface_pixels(image_rgb: RgbImage, mask: Mask) -> npt.NDArray[np.uint8]:
     """Return a thing's pixels (N, 3) without its border, where the background shines through."""
     inner = np.flatnonzero(cv2.erode(np.ascontiguousarray(mask).view(np.uint8), np.ones((3, 3), np.uint8)))
     pixels = inner if len(inner) > 30 else np.flatnonzero(mask)
-    return np.asarray(image_rgb.reshape(-1, 3)[pixels[:: max(1, len(pixels) // _MAX_PIXELS)]])
+    return np.asarray(image_rgb.reshape(-1, 3)[pixels[:: 1 + len(pixels) // _MAX_PIXELS]])

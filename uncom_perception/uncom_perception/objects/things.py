@@ -14,7 +14,7 @@ from uncom_perception.objects.joining import join_fragments, join_hollow, parted
 from uncom_perception.objects.lab import lab_image
 from uncom_perception.objects.regions import Box, regions_of
 from uncom_perception.objects.scenes import mask_slices
-from uncom_perception.objects.segments import LabelImage, connected, foreground, mask_bounds, surfaces_of
+from uncom_perception.objects.segments import connected, foreground, mask_bounds, surfaces_of
 from uncom_perception.objects.splitting import split_touching
 from uncom_perception.objects.standing import Reach, is_thing
 from uncom_perception.objects.table import TopDown
@@ -50,11 +50,11 @@ def find_things(
     surfaces = surfaces_of(view.cut(part), lab)
     if hands is not None:
         pixels &= ~hand_pixels(surfaces, pixels, hands, (columns.start, rows.start))
-    regions, origin = split_touching(surfaces, regions_of(_without_specks(connected(surfaces, pixels))))
+    regions, origin = split_touching(surfaces, regions_of(connected(surfaces, pixels), _SPECK_PIXELS))
     regions, parted = join_fragments(surfaces, regions, parted_labels(surfaces, regions, origin))
     regions = join_hollow(surfaces, regions, parted)
     taken = regions.labels > 0
-    reach = Reach(*(apart <= margin for margin in _MARGINS_M))
+    reach = Reach(apart.ravel(), *_MARGINS_M)
     masks = []
     for label, box in regions.boxes().items():
         if is_thing(surfaces, regions, label, box, reach):
@@ -77,14 +77,6 @@ def _moved(box: Box, part: Box) -> Box:
     """Return rows and columns of a part of an image as those of the image."""
     rows, columns = (slice(p.start + s.start, p.start + s.stop) for p, s in zip(part, box, strict=True))
     return rows, columns
-
-
-def _without_specks(labels: LabelImage) -> LabelImage:
-    sizes = np.bincount(labels.ravel())
-    keep = sizes >= _SPECK_PIXELS
-    keep[0] = False
-    numbers = np.where(keep, np.cumsum(keep), 0).astype(np.int32)
-    return numbers[labels]
 
 
 def hidden_share(mask: Mask, box: Box, depth: npt.NDArray[np.float32]) -> float:
