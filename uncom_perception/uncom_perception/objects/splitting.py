@@ -28,7 +28,7 @@ _STRIDE = 2
 _SPARSE = 13
 _ROUNDS = 4
 _EVEN, _EVEN_SHARE = 8.0, 0.92  # of a and b in Lab, and the share of pixels within it
-_SOLID = 0.93  # share of its convex outline in the image above which a surface is convex
+_SOLID = 0.95  # share of its convex outline in the image above which a surface is convex
 
 
 def split_touching(surfaces: Surfaces, regions: Regions) -> tuple[Regions, npt.NDArray[np.int32]]:
