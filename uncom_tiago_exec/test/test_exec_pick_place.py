@@ -284,7 +284,7 @@ def test_what_fell_beside_its_target_is_not_on_it():
 
 def test_what_slipped_out_of_a_doubtful_grasp_is_pushed():
     rng = np.random.default_rng(1)
-    task = make_task([detection("pan", dish_cloud(0.58, -0.2, 0.09, 0.04, rng))], "place", place=(0.6, -0.02))
+    task = make_task([detection("pan", dish_cloud(0.58, -0.2, 0.09, 0.05, rng))], "place", place=(0.6, -0.02))
     planner = PickPlacePlanner(robot(), CONFIG)
     first = planner.plan(task, start_positions())
     assert first.grasp is not None

@@ -3,7 +3,16 @@
 
 import numpy as np
 import pytest
-from exec_fixtures import TABLE_Z, ball_cloud, bowl_cloud, cylinder_cloud, make_task, robot, start_positions
+from exec_fixtures import (
+    TABLE_Z,
+    ball_cloud,
+    bowl_cloud,
+    box_cloud,
+    cylinder_cloud,
+    make_task,
+    robot,
+    start_positions,
+)
 from uncom_sim.bench_execution import run_case
 from uncom_sim.bench_execution_cases import Case
 from uncom_sim.bench_planning_scenes import detection
@@ -59,6 +68,32 @@ def test_the_mouth_stays_over_the_middle_while_everything_stays_above_it():
         assert np.linalg.norm(at[:2] - bowl.rim.centre) < 1e-6
         assert (mug.points @ motion[2, :3] + motion[2, 3]).min() > bowl.top + 0.04
     assert np.arccos(motions(mug, bowl, ahead, 0.4, 2.0)[-1][2, 2]) == pytest.approx(2.0)
+
+
+def test_after_a_push_the_hand_goes_back_and_up_before_it_turns_away():
+    """What was pushed may have turned, and a tall thing is not to be knocked over on the way home."""
+    rng = np.random.default_rng(5)
+    tall = detection("cereal box", box_cloud(0.55, 0.12, 0.3, np.array([0.15, 0.055, 0.215]), rng))
+    plan = PickPlacePlanner(robot(), ExecutionConfig()).plan(
+        make_task([tall], "push", place=(0.59, 0.28)), start_positions()
+    )
+    along, out = (
+        next(s.trajectory for s in plan.steps if isinstance(s, MoveStep) and s.stage == stage)
+        for stage in (Stage.TRANSFERRING, Stage.RETREATING)
+    )
+    group = robot().group(plan.side, start_positions())
+    way = group.forward(along.positions[-1])[:2, 3] - group.forward(along.positions[0])[:2, 3]
+    before, after = (group.forward(out.positions[k])[:3, 3] for k in (0, -1))
+    assert (after - before)[:2] @ way / np.linalg.norm(way) < -0.025
+    assert after[2] - before[2] > 0.07
+
+
+def test_a_wide_dish_that_is_to_be_held_is_lifted_so_high_that_it_may_hang_down():
+    rng = np.random.default_rng(3)
+    plan = planned("pick", [detection("bowl", bowl_cloud(0.58, 0.2, 0.085, 0.065, rng))])
+    lift = next(s.trajectory for s in plan.steps if isinstance(s, MoveStep) and s.stage == Stage.LIFTING)
+    group = robot().group(plan.side, start_positions())
+    assert (group.forward(lift.positions[-1]) - group.forward(lift.positions[0]))[2, 3] > 1.6 * 0.085
 
 
 @pytest.mark.slow

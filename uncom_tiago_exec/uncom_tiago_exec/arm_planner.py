@@ -106,6 +106,17 @@ class ArmPlanner:
         checker = CollisionChecker(self._group(gap), obstacles, self.margins, Contacts(fingers=touches))
         return self._at_home(checker)
 
+    def turning_away(self, gap: float, motion: FloatArray) -> CollisionChecker:
+        """Check motions with empty hand after the thing was pushed by `motion` (4, 4), in which it may have turned."""
+        thing = self.scene.moved
+        width = float(np.linalg.norm(thing.size[:2]))
+        pose = np.eye(4)
+        pose[:3, 3] = (motion @ np.append(thing.middle, 1.0))[:3]
+        pose[2, 3] = 0.5 * (thing.bottom + thing.top)
+        turned = Obstacle(thing.name, "cylinder", (width, width, thing.height), pose)
+        obstacles = (*self.scene.obstacles(with_moved=False), turned)
+        return self._at_home(CollisionChecker(self._group(gap), obstacles, self.margins, Contacts()))
+
     def transit(self, checker: CollisionChecker, start: FloatArray, goals: Sequence[FloatArray]) -> FloatArray:
         """Plan a free motion (N, 8)."""
         options = PlannerOptions(time_s=self.config.planning_time_s / 2.0)

@@ -30,7 +30,7 @@ from uncom_tiago_exec.letting_go import let_go
 from uncom_tiago_exec.placing import Destination, destination
 from uncom_tiago_exec.plan import GripStep, Plan, Step
 from uncom_tiago_exec.pouring import find_pour
-from uncom_tiago_exec.pushing import GAP, find_push
+from uncom_tiago_exec.pushing import Push, find_pushes
 from uncom_tiago_exec.reaches import (
     Reach,
     end_at,
@@ -47,9 +47,11 @@ from uncom_tiago_exec.types import SIDES, FloatArray, ManipulationTask, Side, St
 
 _LOG = logging.getLogger(__name__)
 _ENOUGH = 3  # grasps that work, to choose the quickest of
-_LIFTS = (0.12, 0.08, 0.05)
+_LIFTS: tuple[float, ...] = (0.12, 0.08, 0.05)
 _STEEP = -0.8  # least z of an approach direction for pouring
-_POOR = 0.1  # quality of grasps below which a thing is rather pushed where it can be, and once one has failed
+_HIGHER = (2.5, 2.1, 1.7)  # radii of wide dishes that are to be held: they hang down from their edge
+_WIDE = 0.06  # [m] radius of such a dish
+_POOR = 0.15  # quality of grasps below which a thing is rather pushed where it can be, and once one has failed
 _POOR_AGAIN = 0.3
 PLACING = ("place", "put_in", "put_on", "stack")
 
@@ -117,21 +119,32 @@ class PickPlacePlanner:
         """Plan to push the thing to its place."""
         if goal is None:
             raise RefusedError(f"I do not know where to push the {task.object_text or 'object'}")
-        push = find_push(arms, scene, task, goal.xy)
-        arm = push.arm
-        free, pushing, away = arm.free(GAP), arm.pushing(GAP), arm.leaving(GAP, push.motion, frozenset())
+        error: ExecutionError = PlanningError("no push was found")
+        pushes = find_pushes(arms, scene, task, goal.xy)
+        for push, turned in ((push, turned) for turned in (True, True, False) for push in pushes):
+            try:
+                return Plan(push.arm.side, self._pushing_steps(push, turned=turned), scene, None, push.motion)
+            except ExecutionError as err:
+                error = err
+        raise error
+
+    def _pushing_steps(self, push: Push, *, turned: bool) -> tuple[Step, ...]:
+        """Return the steps of a push; turned, they leave room for the thing whichever way it has turned."""
+        arm, gap = push.arm, push.gap
+        free, pushing, away = arm.free(gap), arm.pushing(gap), arm.leaving(gap, push.motion, frozenset())
+        if turned:
+            away = arm.turning_away(gap, push.motion)
         go = arm.transit(free, arm.group.clamp(arm.start), [push.down[0]])
         back = arm.transit(away, push.up[-1], [arm.group.clamp(arm.start)])
-        steps: tuple[Step, ...] = (
-            GripStep(Stage.APPROACHING, GAP, detail="opening the fingers"),
+        return (
+            GripStep(Stage.APPROACHING, gap, detail="opening the fingers"),
             move(arm, Stage.APPROACHING, (go, free, 1.0), "to behind the object"),
-            move(arm, Stage.APPROACHING, (push.down, pushing, 0.8), "straight down"),
+            move(arm, Stage.APPROACHING, (push.down, arm.reaching(gap), 0.8), "straight down"),
             move(arm, Stage.TRANSFERRING, (push.along, pushing, 0.5), "pushing"),
-            move(arm, Stage.RETREATING, (push.up, pushing, 0.9), "straight up"),
+            move(arm, Stage.RETREATING, (push.up, pushing, 0.9), "back and up"),
             move(arm, Stage.HOMING, (end_at(back, arm.start), away, 1.0), "back to the start"),
             GripStep(Stage.HOMING, arm.start_gap, detail="fingers as before"),
         )
-        return Plan(arm.side, steps, scene, None, push.motion)
 
     def _rather_pushed(
         self,
@@ -211,7 +224,10 @@ class PickPlacePlanner:
         for q in solutions:
             try:
                 approach = arm.straight(reaching, q, -grasp.retreat * grasp.approach)[::-1]
-                lift = arm.lift_height(arm.carrying(grasp, TABLE_ONLY), q, _LIFTS)
+                rim, lifts = arm.scene.moved.rim, _LIFTS
+                if goal is None and rim is not None and rim.radius > _WIDE:
+                    lifts = tuple(share * rim.radius for share in _HIGHER)
+                lift = arm.lift_height(arm.carrying(grasp, TABLE_ONLY), q, lifts)
                 taken = Reach(arm, grasp, approach, lift)
                 reach = taken if goal is None else let_go(arm, grasp, goal, taken, effort)
             except (InCollisionError, PlanningError) as err:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pushing a thing over the table: two open fingers behind it, straight on, and up again.
+"""Pushing a thing over the table: two open fingers behind it, straight on, back a little, and up again.
 
 Flat dishes go this way, whose weight no pinch of their edge can hold, and whatever is to be pushed.
 """
@@ -19,24 +19,29 @@ from uncom_tiago_exec.scene_model import SceneModel
 from uncom_tiago_exec.shapes import thin
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Side
 
-GAP = 0.07  # [m] between the fingers: both touch, and what is round stays between them
+_GAP = 0.07  # [m] between the fingers at most
+_SHARE = 0.55  # of the width of what is pushed: both fingers touch, and what is round stays between them
 FARTHEST = 0.45  # [m]
 _BEFORE = 0.025  # [m] free way before the fingers touch
 _ABOVE = 0.004  # [m] of the finger tips over the table
 _CLEAR = 0.012  # [m] between what is pushed and what it passes
-_TILTS = np.radians([0.0, 15.0, -15.0, 30.0, -30.0])
+_TILTS = np.radians([0.0, 15.0, 30.0, 45.0, 60.0, -15.0])
+_ENOUGH = 2  # pushes of one arm that work
 _UP = (0.12, 0.08, 0.05)
+_BACK = (0.06, 0.03)  # [m] from what was pushed, which may have turned
+_OVER = 0.05  # [m] of the finger tips over what was pushed, before the arm turns away
 
 
 @dataclass(frozen=True, slots=True)
 class Push:
-    """Joint paths of a push that works: down behind the thing, along with it, and up."""
+    """Joint paths of a push that works: down behind the thing, along with it, and back and up."""
 
     arm: ArmPlanner
     down: FloatArray
     along: FloatArray
     up: FloatArray
     motion: FloatArray
+    gap: float  # [m] of the fingers
 
     def cost(self) -> float:
         """Rough time of the free motions [s]."""
@@ -45,8 +50,14 @@ class Push:
         return float(sum((np.abs(b - a) / speed).max() for a, b in ends))
 
 
-def find_push(arms: Mapping[Side, ArmPlanner], scene: SceneModel, task: ManipulationTask, goal: FloatArray) -> Push:
-    """Return the quicker arm's push of the moved thing's middle to a place (2,) on the table.
+def _gap(scene: SceneModel) -> float:
+    return min(_GAP, _SHARE * float(scene.moved.size[1]))
+
+
+def find_pushes(
+    arms: Mapping[Side, ArmPlanner], scene: SceneModel, task: ManipulationTask, goal: FloatArray
+) -> list[Push]:
+    """Return pushes of the moved thing's middle to a place (2,) on the table, the quickest first, some of each arm.
 
     Raises:
         RefusedError: too far, off the table, something in between, or out of reach; the text says which.
@@ -62,10 +73,12 @@ def find_push(arms: Mapping[Side, ArmPlanner], scene: SceneModel, task: Manipula
     found: list[Push] = []
     error: ExecutionError = UnreachableError(f"the {what} is out of reach of both arms to push it there")
     for arm in arms.values():
+        enough = len(found) + _ENOUGH
         for start, end in _hands(arm, scene, way / length, length):
             try:
                 found.append(_push(arm, start, end, way))
-                break
+                if len(found) == enough:
+                    break
             except UnreachableError:
                 continue
             except (InCollisionError, PlanningError) as err:
@@ -74,7 +87,7 @@ def find_push(arms: Mapping[Side, ArmPlanner], scene: SceneModel, task: Manipula
         if isinstance(error, InCollisionError):
             raise InCollisionError(f"I cannot get behind the {what} to push it there", error.contacts)
         raise error
-    return min(found, key=Push.cost)
+    return sorted(found, key=Push.cost)
 
 
 def _check_way(scene: SceneModel, task: ManipulationTask, way: FloatArray, what: str) -> None:
@@ -101,7 +114,7 @@ def _hands(
     side = np.array([-ahead[1], ahead[0]])
     local = moved.points[:, :2] - moved.middle[:2]
     lateral = np.abs(local @ side)
-    touched = local[np.abs(lateral - GAP / 2.0) < 0.02] if moved.size[1] > GAP else local
+    touched = local[np.abs(lateral - _gap(scene) / 2.0) < 0.01]
     behind = float(-(touched @ ahead).min()) if len(touched) else float(moved.size[0]) / 2.0
     for tilt in _TILTS:
         for sign in (1.0, -1.0):
@@ -121,15 +134,32 @@ def _hands(
 
 
 def _push(arm: ArmPlanner, start: FloatArray, end: FloatArray, way: FloatArray) -> Push:
-    pushing = arm.pushing(GAP)
+    gap = _gap(arm.scene)
+    pushing = arm.pushing(gap)
     motion = np.eye(4)
     motion[:2, 3] = way
     error: ExecutionError = PlanningError("no straight way to push")
-    for q in arm.solver.solutions(start, [arm.start], pushing, count=4, restarts=0):
+    behind = arm.reaching(gap)  # fingers only: a palm that touched what is tall would tip it over
+    touch = (end - start)[:3, 3] * (_BEFORE / np.linalg.norm((end - start)[:3, 3]))
+    for q in arm.solver.solutions(start, [arm.start], behind, count=4, restarts=0):
         try:
+            down = arm.lift_height(behind, q, _UP)[::-1]
+            arm.straight(behind, q, touch)
             along = arm.straight(pushing, q, end[:3, 3] - start[:3, 3])
-            down = arm.lift_height(pushing, q, _UP)[::-1]
-            return Push(arm, down, along, arm.lift_height(pushing, along[-1], _UP), motion)
+            return Push(arm, down, along, _out(arm, along[-1], way), motion, gap)
         except (InCollisionError, PlanningError) as err:
             error = err
     raise error
+
+
+def _out(arm: ArmPlanner, q: FloatArray, way: FloatArray) -> FloatArray:
+    """Return the way of the hand back from the thing, as far as there is room, and up over it."""
+    pushing, ups = arm.pushing(_gap(arm.scene)), (max(_UP[0], arm.scene.moved.height + _OVER), *_UP)
+    back = np.append(-way / np.linalg.norm(way), 0.0)
+    for distance in _BACK:
+        try:
+            away = arm.straight(pushing, q, distance * back)
+            return np.vstack([away, arm.lift_height(pushing, away[-1], ups)[1:]])
+        except (InCollisionError, PlanningError):
+            continue
+    return arm.lift_height(pushing, q, ups)

@@ -16,6 +16,7 @@ from uncom_tiago_exec.types import FloatArray, ManipulationTask
 
 NEAR = 0.06  # [m] a thing this near to where it was expected is there
 MOVED = 0.02  # [m] bystanders may move this much
+_TALL = 1.5  # widths: what is higher falls over
 _RISE = 0.01  # [m] what lies in an opening is at least this thick
 _SIDEWAYS = ("left_of", "right_of", "in_front_of", "behind")
 _CELL = 0.01  # [m] of a picture of heights seen from above
@@ -153,8 +154,9 @@ def _judged(task: ManipulationTask, plan: Plan, after: Scene) -> Finding:
         return Finding(False, f"the {what} is still where it was", error, moved)
     rise = _rise_inside(plan, here)
     filled = inside and rise is not None and rise > _RISE
-    if task.primitive in ("put_on", "stack") and not _stands_on(plan, here, goal):
-        return Finding(False, f"the {what} is not on the {task.target_text or 'other thing'}", error, moved)
+    fault = _fault(task, plan, here, goal)
+    if fault:
+        return Finding(False, fault.format(what=what, target=task.target_text or "other thing"), error, moved)
     elsewhere = inside and not filled and error > allowed and len(here) >= len(task.scene)
     if error <= allowed or filled or (inside and not still_there and not elsewhere):
         where = (
@@ -164,6 +166,14 @@ def _judged(task: ManipulationTask, plan: Plan, after: Scene) -> Finding:
     if target is None and _upper_side_seen(plan, here) > _RESTS:  # seen as one with what it stands beside
         return Finding(True, f"the {what} stands at its place", None, moved)
     return Finding(False, f"I do not see the {what} where I put it", error, moved)
+
+
+def _fault(task: ManipulationTask, plan: Plan, seen: list[Detection], goal: FloatArray) -> str:
+    """Return what is wrong with how the thing stands at its place (2,), if anything is."""
+    if task.primitive in ("put_on", "stack") and not _stands_on(plan, seen, goal):
+        return "the {what} is not on the {target}"
+    target = plan.scene.target
+    return "the {what} has fallen over" if (target is None or target.rim is None) and _lies(plan, seen, goal) else ""
 
 
 def _upper_side_seen(plan: Plan, seen: list[Detection]) -> float:
@@ -188,6 +198,17 @@ def _stands_on(plan: Plan, seen: list[Detection], goal: FloatArray) -> bool:
     points = np.vstack([_cloud(d) for d in seen]) if seen else np.zeros((0, 3))
     near = points[np.linalg.norm(points[:, :2] - goal, axis=1) < 0.5 * float(thing.size[0]) + 0.01]
     return len(near) > 0 and float(np.quantile(near[:, 2], 0.98)) > target.top + 0.4 * thing.height
+
+
+def _lies(plan: Plan, seen: list[Detection], goal: FloatArray) -> bool:
+    """Tell whether a thing that stood tall is seen much lower, where the plan brought it (2,)."""
+    thing = plan.scene.moved
+    if plan.motion is None or thing.height < _TALL * float(thing.size[1]) or not seen:
+        return False
+    top = float((thing.points @ plan.motion[2, :3] + plan.motion[2, 3]).max())
+    points = np.vstack([_cloud(d) for d in seen])
+    near = points[np.linalg.norm(points[:, :2] - goal, axis=1) < 0.5 * float(thing.size[0]) + 0.02]
+    return len(near) > 0 and float(near[:, 2].max()) < top - 0.35 * thing.height
 
 
 def _is_there(thing: Detection, seen: list[Detection], old: FloatArray) -> bool:
