@@ -25,6 +25,7 @@ _SQUEEZE = 0.03  # [m] the fingers aim this much below what they hold; with 2 cm
 _STUCK = 0.01  # [m] fingers that open by this much less than told still hold what they had
 _UNSTICK = 3  # times they close and open again
 _EARLY = 0.035  # [m] what hangs lower than thought, for it turned between the fingers, rests this much earlier at most
+_HANGING = 0.7  # the same as a share of the radius of a dish that is held by its edge
 _SLIPPED = 0.014  # [m] fingers that close this much further have lost what was between them
 
 Report = Callable[[Status], None]
@@ -176,7 +177,7 @@ class Performer:
         except MotionError:
             group = self.model.group(plan.side, self._robot.positions())
             here = group.forward(self._positions_of(step.trajectory))
-            if float(np.linalg.norm((here - group.forward(step.trajectory.positions[-1]))[:3, 3])) > _EARLY:
+            if float(np.linalg.norm((here - group.forward(step.trajectory.positions[-1]))[:3, 3])) > _early(plan):
                 raise
             return False
         return True
@@ -256,3 +257,11 @@ def _pressed(gap: float) -> float:
 def _empty_below(width: float) -> float:
     """Return the gap [m] under which fingers that closed on something `width` wide hold nothing."""
     return max(0.002, 0.3 * width)
+
+
+def _early(plan: Plan) -> float:
+    """Return how much earlier than planned [m] a thing may come to rest: a dish hangs down from its edge."""
+    rim = plan.scene.moved.rim
+    if rim is None or plan.grasp is None or plan.grasp.family != "rim":
+        return _EARLY
+    return max(_EARLY, _HANGING * rim.radius)
