@@ -49,6 +49,15 @@ def test_a_thing_that_hides_an_edge_of_the_table_is_seen_whole(top, bottom, at):
     assert max((overlap(m, truth > 0) for m in masks), default=0.0) > 0.85
 
 
+def test_print_on_a_thing_is_part_of_it():
+    image = room(2)
+    cv2.rectangle(image, (250, 180), (390, 330), (60, 60, 170), -1)
+    cv2.rectangle(image, (285, 220), (355, 290), WOOD, 12)  # a frame of the table's colour
+    masks = found(image)
+    assert len(masks) == 1
+    assert masks[0][182:329, 252:389].all()
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_touching_things_of_different_colours_are_two_and_a_striped_one_is_one(seed):
     rng = np.random.default_rng(seed)

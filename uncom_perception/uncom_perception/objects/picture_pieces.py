@@ -45,9 +45,12 @@ def pieces_of(things: Mask, region: Mask, rgb: npt.NDArray[np.uint8], lab: LabIm
                 whole = np.zeros(things.shape, dtype=bool)
                 whole[window] = part
                 found.append(whole)
-    found.sort(key=np.count_nonzero, reverse=True)
-    taken = np.any(found, axis=0) if found else np.zeros_like(things)
-    return [_beyond(mask, region, taken & ~mask, rgb) for mask in found]
+    taken, kept = np.zeros_like(things), []
+    for mask in sorted(found, key=np.count_nonzero, reverse=True):
+        if np.count_nonzero(mask & taken) < 0.5 * np.count_nonzero(mask):  # else it is print on a larger thing
+            kept.append(mask)
+            taken |= mask
+    return [_beyond(mask, region, taken & ~mask, rgb) for mask in kept]
 
 
 def _wider(box: tuple[slice, ...], by: int, shape: tuple[int, ...]) -> tuple[slice, slice]:
