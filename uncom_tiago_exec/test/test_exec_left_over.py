@@ -160,3 +160,23 @@ def test_a_base_stays_where_an_arm_was_left_over_the_table(at_home):
     assert machine.went == base.ahead == (0.0 if at_home else 0.06)
     base.back()
     assert machine.went == base.ahead == 0.0
+
+
+def test_what_the_arm_that_holds_it_cannot_bring_there_is_put_back_and_brought_by_the_other():
+    rng = np.random.default_rng(8)
+    things = [
+        detection("lemon", ball_cloud(0.58, 0.1, 0.027, rng)),
+        detection("can", cylinder_cloud(0.75, 0.0, 0.033, 0.11, rng)),
+    ]
+    told = []
+    machine = LookingOn([scene_of(things)], [0.05] * 4)
+    engine = Engine(robot(), machine, ExecutionConfig(verify=False, drive_base=False), told.append)
+    assert engine.execute(make_task(things, "pick")).in_hand == "lemon"
+    (first,) = {status.arm for status in told if status.arm}
+    told.clear()
+    place = (0.62, -0.38 if first == "left" else 0.42)
+    held = replace(make_task(things[1:], "place", place=place), object_text="lemon")  # the lemon is not on the table
+    outcome = engine.execute(held)
+    assert outcome.success, outcome.reason
+    assert outcome.in_hand == ""
+    assert {status.arm for status in told if status.arm} == {"left", "right"}

@@ -25,18 +25,18 @@ from uncom_tiago_exec.exceptions import (
     UnreachableError,
 )
 from uncom_tiago_exec.from_nearer import FromNearer
+from uncom_tiago_exec.midway import middle_places, to_middle
 from uncom_tiago_exec.nearer import seen_from
 from uncom_tiago_exec.own_body import own_body, with_held, without
 from uncom_tiago_exec.performing import Performer, Report
 from uncom_tiago_exec.pick_place import PLACING, PickPlacePlanner
 from uncom_tiago_exec.plan import MoveStep, Plan
-from uncom_tiago_exec.recovery import is_astray
+from uncom_tiago_exec.recovery import as_seen_now, is_astray
 from uncom_tiago_exec.robot_interface import RobotInterface
 from uncom_tiago_exec.robot_model import RobotModel
-from uncom_tiago_exec.scene_model import build_scene, replace_moved
-from uncom_tiago_exec.sightings import followed
+from uncom_tiago_exec.second_look import SecondLook
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Outcome, Stage
-from uncom_tiago_exec.verification import expected_place, verify
+from uncom_tiago_exec.verification import middle_of
 
 _LOG = logging.getLogger(__name__)
 SUPPORTED = (*PLACING, "pick", "push", "give", "pour", "point")
@@ -55,25 +55,28 @@ class Engine:
         self._config = config
         self._hand = Performer(model, robot, config, report)
         self._base = BaseDriver(robot)
-        self._verification: dict[str, object] = {}
+        self._eyes = SecondLook(robot, self._hand, config)
         self._under_way: Plan | None = None
         self._before: ManipulationTask | None = None  # what that plan was made for
         self._unfinished: Plan | None = None
 
     def execute(self, task: ManipulationTask) -> Outcome:
         """Carry out a task; every stage is reported, the last one is DONE, FAILED or STOPPED."""
-        self._hand.stage, self._verification = Stage.IDLE, {}
+        self._hand.stage, self._eyes.verification = Stage.IDLE, {}
         try:
             own = self._own_among(task)
-            task = seen_from(without(task, own), -self._base.ahead)  # seen from where the base was stopped
-            task = self._finish_what_was_left(task)
-            text = self._place_held(task, own) if self._hand.in_hand else self._run(task)
+            if self._hand.in_hand and not self._hand.is_gripping:
+                text = self._place_held(task, own)
+            else:
+                task = seen_from(without(task, own), -self._base.ahead)  # seen from where the base was stopped
+                task = self._finish_what_was_left(task)
+                text = self._place_held(task, own) if self._hand.in_hand else self._run(task)
+            self._base.back()
         except StoppedError as error:
             self._unfinished = self._under_way
             return self._end(Stage.STOPPED, str(error))
         except ExecutionError as error:
-            to_go_home = not self._hand.in_hand or self._base.ahead != 0.0
-            self._unfinished = self._under_way if to_go_home and self._is_astray() else None
+            self._unfinished = self._under_way if self._is_astray() else None
             return self._end(Stage.FAILED, str(error))
         return self._end(Stage.DONE, text)
 
@@ -96,43 +99,57 @@ class Engine:
         Raises:
             RefusedError: there is no way home, neither through what was seen before nor through what is seen now.
         """
-        plan = self._unfinished
-        if plan is None and self._base.ahead == 0.0:
+        plan, ahead = self._unfinished, self._base.ahead
+        if plan is None and ahead == 0.0:
             return task
-        if plan is not None:
-            why = "first I go back to where I began"
-            if not (self._hand.recover(plan, why) or self._hand.recover(self._as_seen_now(plan, task), why)):
-                raise RefusedError("there is no free way back to where I began; make room around my arm")
+        why, seen = "first I go back to where I began", seen_from(task, ahead)
+        if plan is not None and not (
+            self._hand.recover(plan, why)
+            or self._hand.recover(as_seen_now(plan, seen, holding=bool(self._hand.in_hand)), why)
+        ):
+            raise RefusedError("there is no free way back to where I began; make room around my arm")
         self._unfinished = None
         self._base.back()
-        return task if self._hand.in_hand else self._seen_again(task) or task
-
-    def _as_seen_now(self, plan: Plan, task: ManipulationTask) -> Plan:
-        """Return a plan with everything where it is seen now, but for what is in the hand."""
-        scene = build_scene(seen_from(task, self._base.ahead))
-        return replace(plan, scene=replace_moved(scene, plan.scene.moved) if self._hand.in_hand else scene, motion=None)
+        return task if self._hand.in_hand else self._eyes.seen_again(task) or task
 
     def _place_held(self, task: ManipulationTask, own: frozenset[str]) -> str:
-        """Set down what an earlier command has put into the hand."""
-        plan, held = self._under_way, self._hand.in_hand
+        """Set down what an earlier command has put into the hand, from where the arm and the base were left with it."""
+        plan, held, ahead = self._under_way, self._hand.in_hand, self._base.ahead
         if plan is None or self._before is None or self._hand.holds_nothing(plan):
-            self._hand.in_hand = ""
-            if plan is not None:
-                self._hand.recover(plan, "my hand is empty; I go back to where I began")
-            return self._run(task)
+            self._hand.in_hand, self._unfinished = "", plan
+            return self._run(self._finish_what_was_left(seen_from(without(task, own), -ahead)))
         words = {*task.object_text.lower().split(), task.object.label.lower()} & {*held.lower().split()}
         if task.primitive not in PLACING or (task.object_text and not words):
             raise RefusedError(f"I hold the {held}; tell me first where to put it")
         self._hand.tell(Stage.PLANNING, f"looking for a place for the {held}", plan.side)
-        task = with_held(task, self._before, own)
+        task = with_held(task, seen_from(self._before, ahead), own)
+        self._hand.come_free(as_seen_now(plan, task, holding=True))
         try:
             return self._set_down(task, plan)
         except _OTHERWISE:
-            ahead = self._nearer.for_held(task, plan) if self._hand.in_hand else None
-            if ahead is None:
+            if not self._hand.in_hand:
                 raise
-        with self._nearer_by(ahead):
-            return self._set_down(seen_from(task, self._base.ahead), plan)
+        nearer = self._nearer.for_held(task, plan)
+        if nearer is None:
+            return self._put_back(task, plan)
+        with self._nearer_by(nearer):
+            return self._set_down(seen_from(task, self._base.ahead - ahead), plan)
+
+    def _put_back(self, task: ManipulationTask, plan: Plan) -> str:
+        """Set what is held down where the arm that holds it can, as where it was, and bring it to its place from there.
+
+        Raises:
+            RefusedError: there is no such place either.
+        """
+        for place in (middle_of(task.object), *middle_places(task)):
+            try:
+                self._set_down(to_middle(task, place), plan)
+            except _OTHERWISE:
+                continue
+            seen, ahead = self._eyes.look_for(task, self._under_way), self._base.ahead
+            self._base.back()
+            return self._run(seen_from(seen, -ahead))
+        raise UnreachableError("the arm that holds it does not reach far enough to put it there, nor anywhere else")
 
     def _set_down(self, task: ManipulationTask, plan: Plan) -> str:
         """Bring what a plan has put into the hand to its place."""
@@ -146,7 +163,7 @@ class Engine:
         except (GraspFailedError, MotionError):
             self._hand.recover(placing)
             raise
-        return self._check(task, placing)
+        return self._eyes.check(task, placing)
 
     def _begin(self, task: ManipulationTask, plan: Plan) -> None:
         """Remember what is under way, and what was seen before it, as from where the base began."""
@@ -155,7 +172,7 @@ class Engine:
     def _end(self, stage: Stage, text: str) -> Outcome:
         end = stage if stage == Stage.DONE else self._hand.stage
         self._hand.tell(stage, text)
-        return Outcome(stage == Stage.DONE, end, text, self._hand.in_hand, self._verification)
+        return Outcome(stage == Stage.DONE, end, text, self._hand.in_hand, self._eyes.verification)
 
     def _run(self, task: ManipulationTask) -> str:
         if task.primitive not in SUPPORTED:
@@ -181,7 +198,7 @@ class Engine:
             MotionError: the base cannot be driven.
         """
         with self._nearer_by(ahead):
-            near = self._look_for(seen_from(task, self._base.ahead))
+            near = self._eyes.look_for(seen_from(task, self._base.ahead))
             return self._from_here(near, self._plan(near, [], 0, like))
 
     @contextmanager
@@ -203,7 +220,7 @@ class Engine:
         half, plan, rest, then = found
         self._hand.tell(Stage.PLANNING, "first I bring it to the middle of the table", plan.side)
         self._from_here(half, plan)
-        seen = self._look_for(rest)
+        seen = self._eyes.look_for(rest)
         ahead, like = then
         return self._from_nearer(seen, ahead, like) if ahead > 0.0 else self._from_here(seen)
 
@@ -220,7 +237,7 @@ class Engine:
                     failed.append(plan.grasp.pose)
                 if attempt + 1 == self._config.grasp_attempts:
                     raise
-                found = self._seen_again(task, plan)
+                found = self._eyes.seen_again(task, plan)
                 if found is None:
                     raise
                 self._hand.tell(Stage.PLANNING, f"{error}; I try another way", plan.side)
@@ -245,7 +262,7 @@ class Engine:
                 raise  # else it was let go: where it lies is seen now
         if task.primitive == "point":
             return f"that is the {task.object_text or task.object.label or 'object'}"
-        return self._check(task, plan)
+        return self._eyes.check(task, plan)
 
     def _take(self, task: ManipulationTask, plan: Plan) -> None:
         """Take the thing and bring it over its place, or let it be and go back."""
@@ -269,32 +286,3 @@ class Engine:
         data = {"attempt": attempt + 1, **plan.as_data()}
         self._hand.tell(Stage.PLANNING, f"planned in {plan.planning_s:.2f} s with the {plan.side} arm", plan.side, data)
         return plan
-
-    def _look_for(self, task: ManipulationTask) -> ManipulationTask:
-        """Look again and follow the thing to where it is now.
-
-        Raises:
-            GraspFailedError: it is not seen.
-        """
-        found = self._seen_again(task)
-        if found is None:
-            raise GraspFailedError(f"I no longer see the {task.object_text or 'object'}")
-        return found
-
-    def _seen_again(self, task: ManipulationTask, plan: Plan | None = None) -> ManipulationTask | None:
-        """Look again; return the task with everything where it is now, or None if the thing is not seen."""
-        return followed(task, self._robot.look(), None if plan is None else expected_place(plan))
-
-    def _check(self, task: ManipulationTask, plan: Plan) -> str:
-        if not self._config.verify:
-            return f"I have put the {task.object_text or 'object'} down"
-        self._hand.tell(Stage.VERIFYING, "looking again")
-        if task.primitive == "pour":  # it is to stand again where it was
-            task, plan = replace(task, target=None), replace(plan, scene=replace(plan.scene, target=None))
-        finding = verify(task, plan, self._robot.look())
-        self._verification = data = finding.as_data()
-        self._hand.tell(Stage.VERIFYING, finding.text, plan.side, data)
-        if not finding.success:
-            raise MisplacedError(finding.text)
-        moved = ", ".join(f"the {name} by {distance * 100:.0f} cm" for name, distance in finding.moved)
-        return finding.text + (f"; I moved {moved}" if moved else "")

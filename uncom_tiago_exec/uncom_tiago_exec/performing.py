@@ -13,7 +13,7 @@ from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import ExecutionError, GraspFailedError, MotionError, StoppedError
 from uncom_tiago_exec.fingers import finger_gap
 from uncom_tiago_exec.plan import GripStep, MoveStep, Plan
-from uncom_tiago_exec.recovery import Left, way_home
+from uncom_tiago_exec.recovery import Left, clear_of_all, way_home
 from uncom_tiago_exec.robot_interface import RobotInterface
 from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage, Status, Trajectory
@@ -201,6 +201,21 @@ class Performer:
             _LOG.warning("the arm stays where it is: %s", error)
             return False
         return True
+
+    def come_free(self, plan: Plan) -> None:
+        """Lift what is held until it is clear of everything, if it can be.
+
+        Raises:
+            MotionError: the arm is held up.
+        """
+        for motion in clear_of_all(self.model, plan, self._robot.positions(), self._config):
+            self.tell(Stage.LIFTING, "first I lift it clear", plan.side)
+            self.follow(motion)
+
+    @property
+    def is_gripping(self) -> bool:
+        """Whether the fingers were stopped on their way."""
+        return self._gripping is not None
 
     def _end_gripping(self, plan: Plan) -> None:
         """Let go of what the fingers were about to take or to let go when they were stopped."""

@@ -82,3 +82,11 @@ class Plan:
     def home(self) -> FloatArray:
         """Where its first motion begins: the joint vector (8,) to go back to."""
         return next(step.trajectory.positions[0] for step in self.steps if isinstance(step, MoveStep))
+
+    @property
+    def lifted(self) -> FloatArray | None:
+        """Where it first has the thing in the hand and clear of everything: a joint vector (8,), or None."""
+        moves = [step for step in self.steps if isinstance(step, MoveStep)]
+        ends = [step.trajectory.positions[-1] for step in moves if step.stage == Stage.LIFTING]
+        starts = [step.trajectory.positions[0] for step in moves if step.stage == Stage.TRANSFERRING]
+        return next(iter([*ends[-1:], *starts]), None)

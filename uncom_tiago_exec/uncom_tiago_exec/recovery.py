@@ -8,22 +8,26 @@ the motion that led there, which was free when it was planned, and a way is plan
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from uncom_tiago_exec.arm_planner import TABLE_ONLY, ArmPlanner
-from uncom_tiago_exec.carrying import carried
+from uncom_tiago_exec.carrying import carried, lean
 from uncom_tiago_exec.collision import CollisionChecker
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import InCollisionError, PlanningError, RefusedError
 from uncom_tiago_exec.plan import Plan
 from uncom_tiago_exec.robot_model import RobotModel
-from uncom_tiago_exec.types import FloatArray, Trajectory
+from uncom_tiago_exec.scene_model import build_scene, replace_moved
+from uncom_tiago_exec.types import FloatArray, ManipulationTask, Trajectory
 
 _BACK = (0.1, 0.06, 0.03)  # [m] straight ways out to try first
 _ON_THE_WAY = 0.15  # [rad, or m] how far from a motion an arm may have come to rest
 _AT_HOME = 0.02  # [rad, or m]
+_THERE = 1e-3  # [rad, or m] nearer than this there is no way to go
+_TURNED = np.radians(50.0)  # what leans more than this turns about the line between the pads,
+_LEVER = 0.03  # [m] if its middle is farther than this from them
 _ASTRAY = 0.05  # [rad, or m] farther from home something was not done to its end
 _PACE = 0.5
 
@@ -43,24 +47,60 @@ def way_home(
 ) -> list[Trajectory]:
     """Plan from the present positions to where the plan began.
 
+    What is held far from its middle would turn over there, and out of the fingers: with that the arm goes to where it
+    had lifted it.
+
     Raises:
         RefusedError: there is no free way; the arm had better stay where it is.
     """
     arm = ArmPlanner(robot, plan.side, positions, plan.scene, config)
-    here = arm.group.clamp(arm.start)
+    here, goal = arm.group.clamp(arm.start), _goal(arm, plan, left)
+    if float(np.abs(here - goal).max()) < _THERE:
+        return []
     try:
         return _planned(arm, plan, here, left)
     except RefusedError as error:
         refusal = error
     for motion in _along(arm, here, left):
         end = motion.positions[-1]
-        if float(np.abs(end - plan.home).max()) < _AT_HOME:
+        if float(np.abs(end - goal).max()) < _AT_HOME:
             return [motion]
         try:
             return [motion, *_planned(arm, plan, arm.group.clamp(end), left)]
         except RefusedError:
             continue
     raise refusal
+
+
+def _goal(arm: ArmPlanner, plan: Plan, left: Left) -> FloatArray:
+    """Return where to go: home, or where the thing was lifted to."""
+    home, grasp, lifted = arm.group.clamp(plan.home), plan.grasp, plan.lifted
+    if not left.holding or grasp is None or lifted is None or lean(arm, grasp, home) < _TURNED:
+        return home
+    pads = grasp.pose[:3, 3] + arm.group.gripper.tip * grasp.approach
+    return home if float(np.linalg.norm(pads - plan.scene.moved.middle)) < _LEVER else arm.group.clamp(lifted)
+
+
+def clear_of_all(
+    robot: RobotModel, plan: Plan, positions: Mapping[str, float], config: ExecutionConfig
+) -> list[Trajectory]:
+    """Return a straight way to where what is held is clear of everything: none if it is already, or there is none."""
+    arm = ArmPlanner(robot, plan.side, positions, plan.scene, config)
+    left, here = Left(holding=True), arm.group.clamp(arm.start)
+    if plan.grasp is None or (free := _checker(arm, plan, left, near=False)).is_free(here):
+        return []
+    near = _checker(arm, plan, left, near=True)
+    near.relax_at(here)
+    for out in _ways_out(arm, here, near, left):
+        if free.is_free(out[-1]):
+            return [arm.timed(out, near, 0.4)]
+    return []
+
+
+def as_seen_now(plan: Plan, task: ManipulationTask, *, holding: bool) -> Plan:
+    """Return a plan with everything where a task sees it now, but for what is in the hand."""
+    scene = build_scene(task)
+    return replace(plan, scene=replace_moved(scene, plan.scene.moved) if holding else scene, motion=None)
 
 
 def is_astray(robot: RobotModel, plan: Plan, positions: Mapping[str, float]) -> bool:
@@ -72,7 +112,7 @@ def is_astray(robot: RobotModel, plan: Plan, positions: Mapping[str, float]) -> 
 def _planned(arm: ArmPlanner, plan: Plan, here: FloatArray, left: Left) -> list[Trajectory]:
     """Plan from a configuration (8,) to home: straight out of the things first, if the hand is among them."""
     free = _checker(arm, plan, left, near=False)
-    goal = arm.group.clamp(plan.home)
+    goal = _goal(arm, plan, left)
     if not free.is_free(goal):
         free.relax_at(goal)
     try:
