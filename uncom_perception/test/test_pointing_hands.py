@@ -62,6 +62,17 @@ def test_a_pointing_hand_points_where_its_finger_does(pictures, frames):
     assert seen >= 3
 
 
+@pytest.mark.parametrize("light", [0.2, 0.5])
+def test_a_hand_points_in_dim_light_as_in_usual_light(pictures, frames, light):
+    """A picture is looked at as if it were well lit, so that its ray hardly moves."""
+    for picture, frame in zip(pictures, frames, strict=True):
+        dim = point_in_image((picture.rgb * light).astype(np.uint8), picture.depth, CAMERA)
+        assert (dim.pointing_hand is None) == (frame.pointing_hand is None)
+        if dim.pointing_hand is not None:
+            rays = [f.hands[f.pointing_hand].ray for f in (dim, frame)]
+            assert np.degrees(np.arccos(np.clip(np.dot(rays[0].direction, rays[1].direction), -1, 1))) < 6.0
+
+
 def test_the_json_holds_what_the_command_line_promises(frames):
     """Each hand has 21 landmarks of three numbers, and a ray exactly if it points."""
     for frame in frames:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
+from uncom_perception.exposure import lightened
 from uncom_perception.hands.detector import (
     INDEX_MCP,
     INDEX_TIP,
@@ -20,11 +21,12 @@ from uncom_perception.hands.detector import (
     check_rgb,
 )
 from uncom_perception.hands.motion import MotionWatch, Newcomer
-from uncom_perception.hands.views import View, around, second_looks, whole
+from uncom_perception.hands.views import View, around, from_afar, second_looks, whole
 
 _AGREEMENT = 0.25  # of the hand's size: how far the landmarks of two looks at one hand may differ
 _CLEAR = 0.6  # evidence for pointing above which no other look is needed
 _MAX_LOOKS = 6
+_LARGE = 0.4  # of the image: a hand that does not leave much room for closer looks
 _FRESH = 3  # images in a row without a hand, up to which all looks are taken
 _SURE_S = 0.8  # a scene that stays as it is so long is known
 _IDLE_S = 0.45  # how often a scene is looked at in which nothing changes
@@ -98,6 +100,7 @@ class HandFinder:
         if quiet and not attentive and not self._last and 0.0 <= stamp_s - self._looked_s < _IDLE_S:
             return ()
         self._looked_s = stamp_s
+        image_rgb = lightened(image_rgb)
         hands = _plausible(self._detector.detect(image_rgb))
         if hands:
             hands = tuple(self._settled(image_rgb, hand, stamp_s) for hand in hands)
@@ -199,6 +202,8 @@ class HandFinder:
         for factor, turns in ((2.4, 0), (3.5, 0), (1.7, 0), (2.4, 2)):
             view = around(_middle(hand), factor * hand.size_px, image_rgb.shape, turns)
             yield from _plausible(_seen_in(image_rgb, view, self._detector))
+        if hand.size_px > _LARGE * min(image_rgb.shape[:2]):
+            yield from _plausible(_seen_in(image_rgb, from_afar(image_rgb.shape, 0.55), self._detector))
 
 
 def _seen_in(image_rgb: RgbImage, view: View, detector: HandDetector) -> tuple[RawHand, ...]:

@@ -66,9 +66,6 @@ COLOUR_WORDS = {name: name for name in COLOUR_NAMES} | {
 _LIGHTNESS_WEIGHT = 0.55
 _SIGMA = 9.0
 _BINS = 32
-_WELL_LIT, _WHITE = 160.0, 235.0  # where the lightest surfaces of a picture are, at least and at most
-_USUAL = 130.0  # how light the half of a picture is
-_LEAST_GAIN, _MOST_GAIN = 0.85, 4.0
 _CHROMA_STEP = 0.16
 _DEEPEST_SHADE = 1.7
 
@@ -92,17 +89,6 @@ def _name_probabilities(lab: FloatArray) -> FloatArray:
     d = np.column_stack(distances)
     likelihood = np.exp(-0.5 * ((d - d.min(axis=1, keepdims=True)) * (d + d.min(axis=1, keepdims=True))) / _SIGMA**2)
     return np.asarray(likelihood / likelihood.sum(axis=1, keepdims=True))
-
-
-def exposure(image_rgb: RgbImage) -> float:
-    """Return the factor that brings a dim or glaring picture to where a well lit one is.
-
-    On the whole pictures are about equally light; but the lightest surfaces must not grow lighter than white paper, nor
-    stay darker than a light grey.
-    """
-    usual, bright = (max(value, 1.0) for value in quantiles(_value(image_rgb[::4, ::4]), (50, 98.5)))
-    least, most = max(_LEAST_GAIN, _WELL_LIT / bright), max(1.0, _WHITE / bright)
-    return float(np.clip(_USUAL / usual, least, min(most, _MOST_GAIN)))
 
 
 def _value(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:

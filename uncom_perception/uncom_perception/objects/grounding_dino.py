@@ -16,8 +16,9 @@ from uncom_common.camera import PinholeCamera
 from uncom_common.full_models import load_with_processor, pick_device, require
 
 from uncom_perception.exceptions import TableNotFoundError
+from uncom_perception.exposure import exposure
 from uncom_perception.objects.body import clean_points, geometry
-from uncom_perception.objects.colour import exposure, name_colours
+from uncom_perception.objects.colour import name_colours
 from uncom_perception.objects.detector import DepthImage, FloatArray, ObjectDetector, RgbImage, check_images
 from uncom_perception.objects.queries import query_of
 from uncom_perception.objects.scenes import is_table, mask_box, mask_slices

@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 from uncom_common.camera import PinholeCamera
 
+from uncom_perception.exposure import exposure
 from uncom_perception.objects.arms import bare_skin
-from uncom_perception.objects.colour import exposure, name_colours
+from uncom_perception.objects.colour import name_colours
 from uncom_perception.objects.detector import DepthImage, FloatArray, ObjectDetector, RgbImage, check_images
 from uncom_perception.objects.phrases import PhraseMatcher
 from uncom_perception.objects.picture_pieces import pieces_of

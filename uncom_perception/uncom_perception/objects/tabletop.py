@@ -14,8 +14,9 @@ import numpy.typing as npt
 from uncom_common.camera import PinholeCamera
 
 from uncom_perception.exceptions import TableNotFoundError
+from uncom_perception.exposure import exposure
 from uncom_perception.objects.body import clean_points, convex_outline, geometry, support_heights
-from uncom_perception.objects.colour import exposure, name_colours
+from uncom_perception.objects.colour import name_colours
 from uncom_perception.objects.detector import DepthImage, FloatArray, ObjectDetector, RgbImage, check_images
 from uncom_perception.objects.lexicon import Lexicon, load_lexicon
 from uncom_perception.objects.phrases import PhraseMatcher, Thing

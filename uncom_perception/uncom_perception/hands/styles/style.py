@@ -11,6 +11,8 @@ import numpy as np
 
 from uncom_perception.hands.detector import FINGERS, MIDDLE_MCP, WRIST, FloatArray, RawHand
 
+_PLAINLY = 0.5
+
 
 @dataclass(frozen=True, slots=True)
 class Pose:
@@ -40,7 +42,11 @@ def hand_pose(hand: RawHand) -> Pose:
     palm = np.linalg.norm(flat[WRIST] - flat[MIDDLE_MCP]) / max(hand.size_px, 1e-9)
     trust = _logistic((float(palm) - 0.28) / 0.03)  # a palm seen end-on makes every finger look long
     extension = {n: max(_extension(world, j), trust * _extension(flat, j, 0.93)) for n, j in FINGERS.items()}
-    return Pose(**extension, spread_rad=_angle(world[8] - world[6], world[12] - world[10]))
+    spread = _angle(world[8] - world[6], world[12] - world[10])
+    # Two fingers that are both plainly out in the image are as far apart as they are there.
+    if trust * min(_extension(flat, FINGERS[n], 0.93) for n in ("index", "middle")) > _PLAINLY:
+        spread = max(spread, _angle(flat[8] - flat[5], flat[12] - flat[9]))
+    return Pose(**extension, spread_rad=spread)
 
 
 def _extension(points: FloatArray, joints: tuple[int, int, int, int], least_straight: float = 0.82) -> float:
