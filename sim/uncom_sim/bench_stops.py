@@ -39,6 +39,8 @@ STAGES = (
     Stage.HOMING,
 )
 _KINDS = ("can", "box", "cup", "bottle")
+_SETTLING = 0.1  # [rad/s, m/s]
+_STILL = 0.01  # [rad, m]
 _LATER_STEPS = 48
 _SETTLE_STEPS = 120
 _SHORT_S = 0.6  # what the fingers take, about
@@ -61,8 +63,8 @@ class Stop:
 
     @property
     def still(self) -> bool:
-        """Whether nothing moved any more."""
-        return self.speed < 0.05 and self.moved < 0.01
+        """Whether nothing went anywhere any more; an arm that was stopped at full speed may still settle a little."""
+        return self.speed < _SETTLING and self.moved < _STILL
 
 
 class Stopped:

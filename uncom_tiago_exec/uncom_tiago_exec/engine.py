@@ -72,6 +72,7 @@ class Engine:
                 task = self._finish_what_was_left(task)
                 text = self._place_held(task, own) if self._hand.in_hand else self._run(task)
             self._base.back()
+            self._unfinished = None
         except StoppedError as error:
             self._unfinished = self._under_way
             return self._end(Stage.STOPPED, str(error))
