@@ -96,6 +96,10 @@ def test_with_a_thing_in_the_hand_all_others_stay_where_they_are_the_named_and_t
     assert places == {"can", "box", "hidden bowl"}
     again = with_held(replace(seen, scene=(can, bowl, box)), before, frozenset())
     assert {thing.id for thing in again.scene} == {"can", "bowl", "box"}
+    cloud = np.asarray(bowl.geometry.cloud)
+    half = detection("cup", cloud[cloud[:, 1] > np.median(cloud[:, 1])])
+    beside = with_held(replace(seen, scene=(can, half, box)), before, frozenset())
+    assert {thing.id for thing in beside.scene} == {"can", "cup", "box", "hidden bowl"}
 
 
 def test_what_was_taken_low_over_the_table_can_be_set_down_again():

@@ -15,11 +15,12 @@ from uncom_tiago_exec.obstacles import attach
 from uncom_tiago_exec.plan import Plan
 from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.types import FloatArray, ManipulationTask
-from uncom_tiago_exec.verification import middle_of
+from uncom_tiago_exec.verification import extent, middle_of
 
 _AROUND = 0.025  # [m] around a link's box, for what the camera gets wrong
 _MOST = 0.5  # share of a thing's points that are the robot's
 _SAME = 0.05  # [m] between the middles of two sightings of one thing
+_WHOLE = 0.9  # share of its extent that is seen of what nothing hides
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,12 +78,13 @@ def with_held(task: ManipulationTask, before: ManipulationTask, own: Container[s
     """Return a task whose object is in the hand: it is the one of the task before, seen before it was taken.
 
     Whatever is named as the object now is the thing in the hand (its id is among the robot's own), or another one that
-    stays where it is. What the arm hides now, or may hide, stands where it was seen before.
+    stays where it is. What the arm hides now, or hides in part, stands where it was seen before.
     """
     seen = [thing for thing in _distinct((*task.scene, task.object)) if thing.id not in own]
     hidden = [thing for thing in before.scene if thing.id != before.object.id and not _is_among(thing, seen)]
     if task.target is not None:
-        hidden = [thing for thing in hidden if not _is_among(thing, [task.target])]
+        goal = middle_of(task.target)
+        hidden = [thing for thing in hidden if float(np.linalg.norm(middle_of(thing) - goal)) > _SAME]
     renamed = (replace(thing, id=f"hidden {thing.id}") for thing in hidden)
     held = replace(before.object, id="held")
     return replace(task, object=held, scene=(*seen, *renamed), table=before.table or task.table)
@@ -93,5 +95,6 @@ def _distinct(things: Iterable[Detection]) -> list[Detection]:
 
 
 def _is_among(thing: Detection, seen: Iterable[Detection]) -> bool:
-    place = middle_of(thing)
-    return any(float(np.linalg.norm(middle_of(other) - place)) < _SAME for other in seen)
+    """Tell whether a thing is seen where it was, and not only a part of it beside the arm."""
+    place, whole = middle_of(thing), _WHOLE * extent(thing)
+    return any(float(np.linalg.norm(middle_of(other) - place)) < _SAME and extent(other) > whole for other in seen)
