@@ -48,7 +48,7 @@ from uncom_tiago_exec.types import SIDES, FloatArray, ManipulationTask, Side, St
 _LOG = logging.getLogger(__name__)
 _ENOUGH = 3  # grasps that work, to choose the quickest of
 _LIFTS: tuple[float, ...] = (0.12, 0.08, 0.05)
-_STEEP = -0.8  # least z of an approach direction for pouring
+_STEEP, _STEEPEST = -0.8, -0.9  # least z of an approach direction for pouring, and where there is no other
 _HIGHER = (2.5, 2.1, 1.7)  # radii of wide dishes that are to be held: they hang down from their edge
 _WIDE = 0.06  # [m] radius of such a dish
 _POOR = 0.15  # quality of grasps below which a thing is rather pushed where it can be, and once one has failed
@@ -92,14 +92,14 @@ class PickPlacePlanner:
         grasps = grasp_candidates(scene.moved, scene.neighbours, arms["left"].group.gripper)
         grasps = [g for g in grasps if not any(same_grasp(g.pose, bad) for bad in avoid)]
         if task.primitive == "pour":  # what is held from straight above cannot be tilted far
-            grasps = [g for g in grasps if g.family == "across" and g.approach[2] > _STEEP]
+            grasps = [g for g in grasps if g.family == "across" and g.approach[2] > _STEEPEST]
         pushed = self._rather_pushed(arms, scene, task, goal, grasps, bool(avoid))
         if pushed is not None:
             return self._timed_plan(pushed, started, {"push": time.thread_time() - began})
         if not grasps:
             raise RefusedError(f"I see no way to take hold of the {task.object_text or 'object'}")
         found_at = time.thread_time()
-        reaches = self._search(in_order(arms, grasps, goal, like), goal, task)
+        reaches = self._reaches(in_order(arms, grasps, goal, like), goal, task)
         searched_at = time.thread_time()
         plan = self._connect(reaches, scene, task)
         timings = {
@@ -183,6 +183,18 @@ class PickPlacePlanner:
             GripStep(Stage.HOMING, arm.start_gap, detail="fingers as before"),
         )
         return Plan(arm.side, steps, scene)
+
+    def _reaches(
+        self, ordered: Sequence[tuple[ArmPlanner, Grasp]], goal: Destination | None, task: ManipulationTask
+    ) -> list[Reach]:
+        """Search; for pouring among the less steep grasps first."""
+        flat = [(arm, grasp) for arm, grasp in ordered if grasp.approach[2] > _STEEP]
+        if task.primitive == "pour" and flat:
+            try:
+                return self._search(flat, goal, task)
+            except RefusedError:
+                _LOG.debug("what is to be poured cannot be held from the side")
+        return self._search(ordered, goal, task)
 
     def _search(
         self,
