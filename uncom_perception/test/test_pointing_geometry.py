@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from uncom_common.camera import PinholeCamera
 from uncom_perception.hands.detector import RawHand
+from uncom_perception.hands.finger import on_its_finger
 from uncom_perception.hands.motion import MotionWatch
 from uncom_perception.hands.rays import hand_depth, image_ray, metric_ray
 from uncom_perception.hands.styles.index import IndexStyle
@@ -106,6 +107,35 @@ def test_the_metric_ray_survives_holes_and_background(x, y, z, holes, seed):
     ray, sigma = found
     assert np.arccos(np.clip(ray.direction @ along, -1.0, 1.0)) < max(4.0 * sigma, 0.2)
     assert np.linalg.norm(ray.tip - joints[3]) < 0.03
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(-0.7, 0.7), st.sampled_from([-1.0, 1.0]), st.floats(0.0, 0.3), st.integers(0, 1000))
+def test_a_finger_whose_base_is_misjudged_is_found_by_its_own_pixels(turn, side, holes, seed):
+    """A hand taken for its mirror image has the index base beside the finger; the depth of the finger tells."""
+    raw, depth, along, joints = finger_scene((np.sin(turn), np.cos(turn), 0.2), holes, seed)
+    marks = raw.landmarks.copy()
+    aside = np.array([np.cos(turn), -np.sin(turn)]) * side
+    marks[5:9, :2] += (
+        0.3 * np.linalg.norm(marks[8, :2] - marks[5, :2]) * np.array([1.0, 0.4, 0.15, 0.0])[:, None] * aside
+    )
+    wrong = RawHand("right", 0.9, marks, raw.world)
+    before = metric_ray(wrong, (5, 6, 7, 8), depth, CAMERA)
+    after = metric_ray(on_its_finger(wrong, (5, 6, 7, 8), depth, CAMERA), (5, 6, 7, 8), depth, CAMERA)
+    assert after is not None
+    assert np.degrees(np.arccos(np.clip(after[0].direction @ along, -1.0, 1.0))) < 9.0
+    assert before is None or np.arccos(np.clip(before[0].direction @ along, -1.0, 1.0)) > np.radians(9.0)
+    assert np.linalg.norm(after[0].tip - joints[3]) < 0.03
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_finger_that_is_judged_rightly_stays_and_none_is_made_up(seed):
+    """Landmarks on the finger are kept; so are those where the depth shows no finger."""
+    raw, depth, _, _ = finger_scene((0.3, 1.0, 0.1), 0.1, seed)
+    assert on_its_finger(raw, (5, 6, 7, 8), depth, CAMERA) is raw
+    flat = np.full_like(depth, 0.8) + np.random.default_rng(seed).normal(0.0, 0.002, depth.shape).astype(np.float32)
+    assert on_its_finger(raw, (5, 6, 7, 8), flat, CAMERA) is raw
+    assert on_its_finger(raw, (5, 6, 7, 8), np.full_like(depth, np.nan), CAMERA) is raw
 
 
 def test_no_depth_no_metric_ray():

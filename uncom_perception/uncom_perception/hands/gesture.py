@@ -11,6 +11,7 @@ from uncom_common.camera import PinholeCamera
 
 from uncom_perception.hands.detector import HandDetector, RawHand, RgbImage
 from uncom_perception.hands.finder import HandFinder
+from uncom_perception.hands.finger import on_its_finger
 from uncom_perception.hands.rays import DepthImage, hand_depth, image_ray, metric_ray
 from uncom_perception.hands.styles.hand import HandStyle
 from uncom_perception.hands.styles.index import IndexStyle
@@ -104,6 +105,8 @@ class GestureReader:
         evidence, style = pointing_evidence(self._styles, hand)
         if evidence < self._min_evidence:
             return None, evidence
+        if depth is not None and camera is not None:
+            hand = on_its_finger(hand, style.line, depth, camera)
         ray = image_ray(hand, style.line, style.name)
         if ray is None or depth is None or camera is None:
             return ray, evidence
