@@ -172,3 +172,20 @@ def test_a_hand_leans_along_the_wall_of_a_bowl_and_its_pads_lie_flat_on_it(lean)
     tip = best.pose[:3, 3] + gripper.tip * best.approach
     finger = 0.5 * best.opening + gripper.thickness
     assert tip[2] - finger * abs(best.pose[2, 1]) - gripper.half_width * abs(best.pose[2, 2]) > TABLE_Z
+
+
+def test_what_is_longer_than_a_bowl_is_wide_goes_in_with_one_end():
+    rng = np.random.default_rng(8)
+    spoon = detection("spoon", box_cloud(0.55, 0.2, 0.3, np.array([0.19, 0.025, 0.012]), rng))
+    bowl = detection("bowl", bowl_cloud(0.6, -0.1, 0.085, 0.065, rng))
+    scene = build_scene(make_task([spoon, bowl], "put_in", target="bowl"))
+    goal = destination(make_task([spoon, bowl], "put_in", target="bowl"), scene.moved, scene.target)
+    grasp = grasps_of(scene.moved)[0]
+    option = place_options(goal, scene.moved, grasp, robot().gripper("left"))[0]
+    points = scene.moved.points @ option.motion[:3, :3].T + option.motion[:3, 3]
+    rim = scene.target.rim
+    low = points[points[:, 2].argmin()]
+    assert np.linalg.norm(low[:2] - rim.centre) < 0.6 * rim.radius
+    assert rim.floor_z < low[2] < rim.z - 0.03
+    outside = np.linalg.norm(points[:, :2] - rim.centre, axis=1) > rim.radius - 0.01
+    assert (points[outside, 2] > rim.z).all()

@@ -49,6 +49,7 @@ _LOG = logging.getLogger(__name__)
 _ENOUGH = 3  # grasps that work, to choose the quickest of
 _LIFTS: tuple[float, ...] = (0.12, 0.08, 0.05)
 _STEEP, _STEEPEST = -0.8, -0.9  # least z of an approach direction for pouring, and where there is no other
+_CLEAR: tuple[float, ...] = (0.12, 0.1, 0.08)  # of what is only to be held
 _HIGHER = (2.5, 2.1, 1.7)  # radii of wide dishes that are to be held: they hang down from their edge
 _WIDE = 0.06  # [m] radius of such a dish
 _POOR = 0.15  # quality of grasps below which a thing is rather pushed where it can be, and once one has failed
@@ -236,7 +237,7 @@ class PickPlacePlanner:
         for q in solutions:
             try:
                 approach = arm.straight(reaching, q, -grasp.retreat * grasp.approach)[::-1]
-                rim, lifts = arm.scene.moved.rim, _LIFTS
+                rim, lifts = arm.scene.moved.rim, _LIFTS if goal is not None else _CLEAR
                 if goal is None and rim is not None and rim.radius > _WIDE:
                     lifts = tuple(share * rim.radius for share in _HIGHER)
                 lift = arm.lift_height(arm.carrying(grasp, TABLE_ONLY), q, lifts)

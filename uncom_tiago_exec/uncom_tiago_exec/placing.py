@@ -19,6 +19,9 @@ RELEASE_GAP = 0.002  # [m] between bottom and support when the fingers open
 _TURNS = np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120, 150, -150, 180])
 _COARSE = np.radians([0, 60, -60, 120, -120, 180])
 _TILTS = np.radians([0, 20, 40])
+_LEANING = np.radians([40, 30, 50])  # of what is as long as the opening that it goes into is wide
+_LONG = 1.9  # radii of the opening
+_LOW_END = 0.4  # radii from the middle of the opening to the end that goes in
 INTO = ("put_in",)
 ONTO = ("put_on", "stack")
 
@@ -98,6 +101,8 @@ def place_options(
     ball = moved.axis is not None and moved.rim is None and 0.85 < moved.height / (2.0 * moved.axis.radius) < 1.15
     steep = float(np.arcsin(np.clip(-grasp.approach[2], -1.0, 1.0)))
     tilts = [t for t in _TILTS if t == 0.0 or goal.into is not None or ball]
+    if _is_long(goal, moved):
+        tilts = [*_LEANING, *_TILTS]
     options = []
     for tilt in tilts:
         if steep - tilt < np.radians(34.0):
@@ -126,21 +131,48 @@ def _place(
     unseen = max(0.0, float(moved.points[:, 2].min()) - moved.bottom)
     low = float((moved.points @ motion[2, :3] + motion[2, 3]).min()) - unseen
     hand = motion @ grasp.pose
-    bottom = goal.bottom
+    bottom, xy = goal.bottom, goal.xy
     if goal.into is not None:
-        bottom = _release_height(goal.into, moved, hand, low, gripper, goal.bottom)
-    motion[:3, 3] += [goal.xy[0], goal.xy[1], bottom - low]
+        leaning = _is_long(goal, moved) and tilt > 0.0
+        fits = leaning or 0.5 * float(moved.size[0]) < _radius(goal.into) - 0.015
+        bottom = _release_height(goal.into, hand, low, gripper, goal.bottom if fits else -np.inf)
+        if leaning:
+            xy, over = _one_end_in(goal.into, moved, motion)
+            bottom = max(bottom, over)
+    motion[:3, 3] += [xy[0], xy[1], bottom - low]
     return Place(motion @ grasp.pose, motion, goal.touches)
 
 
-def _release_height(
-    target: ObjectShape, moved: ObjectShape, hand: FloatArray, low: float, gripper: GripperShape, floor: float
-) -> float:
-    """Return the bottom height at which fingers stay clear of the rim, as low as that allows."""
+def _is_long(goal: Destination, moved: ObjectShape) -> bool:
+    """Tell whether a thing would lie across the opening it is to go into."""
+    return goal.into is not None and goal.into.rim is not None and moved.size[0] > _LONG * goal.into.rim.radius
+
+
+def _radius(target: ObjectShape) -> float:
+    return target.rim.radius if target.rim is not None else np.inf
+
+
+def _one_end_in(target: ObjectShape, moved: ObjectShape, motion: FloatArray) -> tuple[FloatArray, float]:
+    """Return where a tilted thing's middle goes (2,) so that its low end is inside, and how low that may be [m]."""
+    rim = target.rim
+    if rim is None:
+        return target.middle[:2], target.top
+    points = moved.points @ motion[:3, :3].T + motion[:3, 3]
+    end = points[points[:, 2].argmin()]
+    ahead = end[:2] / max(float(np.linalg.norm(end[:2])), 1e-6)
+    xy = rim.centre + _LOW_END * rim.radius * ahead - end[:2]
+    outside = np.linalg.norm(points[:, :2] + xy - rim.centre, axis=1) > rim.radius - 0.012
+    return xy, rim.z + 0.004 - float((points[outside, 2] - end[2]).min()) if outside.any() else -np.inf
+
+
+def _release_height(target: ObjectShape, hand: FloatArray, low: float, gripper: GripperShape, floor: float) -> float:
+    """Return the bottom height at which fingers stay clear of the rim, as low as that allows.
+
+    floor is how low what fits into the opening may come; what does not is released over the rim.
+    """
     if target.rim is None:
         return target.top + RELEASE_GAP
     pitch = float(np.arcsin(np.clip(-hand[2, 0], -1.0, 1.0)))
     tips = float(hand[2, 3] + gripper.tip * hand[2, 0]) - gripper.half_width * float(np.cos(pitch))
-    fits = 0.5 * float(moved.size[0]) < target.rim.radius - 0.015
-    lowest = floor if fits else target.rim.z + RELEASE_GAP
+    lowest = floor if np.isfinite(floor) else target.rim.z + RELEASE_GAP
     return max(lowest, target.rim.z + 0.014 - (tips - low))
