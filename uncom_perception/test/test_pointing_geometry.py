@@ -109,23 +109,24 @@ def test_the_metric_ray_survives_holes_and_background(x, y, z, holes, seed):
     assert np.linalg.norm(ray.tip - joints[3]) < 0.03
 
 
-@settings(max_examples=15, deadline=None)
-@given(st.floats(-0.7, 0.7), st.sampled_from([-1.0, 1.0]), st.floats(0.0, 0.3), st.integers(0, 1000))
-def test_a_finger_whose_base_is_misjudged_is_found_by_its_own_pixels(turn, side, holes, seed):
+def test_a_finger_whose_base_is_misjudged_is_found_by_its_own_pixels():
     """A hand taken for its mirror image has the index base beside the finger; the depth of the finger tells."""
-    raw, depth, along, joints = finger_scene((np.sin(turn), np.cos(turn), 0.2), holes, seed)
-    marks = raw.landmarks.copy()
-    aside = np.array([np.cos(turn), -np.sin(turn)]) * side
-    marks[5:9, :2] += (
-        0.3 * np.linalg.norm(marks[8, :2] - marks[5, :2]) * np.array([1.0, 0.4, 0.15, 0.0])[:, None] * aside
-    )
-    wrong = RawHand("right", 0.9, marks, raw.world)
-    before = metric_ray(wrong, (5, 6, 7, 8), depth, CAMERA)
-    after = metric_ray(on_its_finger(wrong, (5, 6, 7, 8), depth, CAMERA), (5, 6, 7, 8), depth, CAMERA)
-    assert after is not None
-    assert np.degrees(np.arccos(np.clip(after[0].direction @ along, -1.0, 1.0))) < 9.0
-    assert before is None or np.arccos(np.clip(before[0].direction @ along, -1.0, 1.0)) > np.radians(9.0)
-    assert np.linalg.norm(after[0].tip - joints[3]) < 0.03
+    rng = np.random.default_rng(5)
+    found = 0
+    for seed in range(40):
+        turn, side = rng.uniform(-0.7, 0.7), rng.choice([-1.0, 1.0])
+        raw, depth, along, joints = finger_scene((np.sin(turn), np.cos(turn), 0.2), 0.1 * rng.random(), seed)
+        marks = raw.landmarks.copy()
+        shift = 0.3 * np.linalg.norm(marks[8, :2] - marks[5, :2]) * np.array([1.0, 0.4, 0.15, 0.0])
+        marks[5:9, :2] += shift[:, None] * np.array([np.cos(turn), -np.sin(turn)]) * side
+        wrong = RawHand("right", 0.9, marks, raw.world)
+        ray = metric_ray(on_its_finger(wrong, (5, 6, 7, 8), depth, CAMERA), (5, 6, 7, 8), depth, CAMERA)
+        if ray is None:  # refused is allowed now and then, wrong is not
+            continue
+        found += 1
+        assert np.degrees(np.arccos(np.clip(ray[0].direction @ along, -1.0, 1.0))) < 6.0
+        assert np.linalg.norm(ray[0].tip - joints[3]) < 0.03
+    assert found >= 36
 
 
 @pytest.mark.parametrize("seed", range(4))
