@@ -25,6 +25,7 @@ from uncom_tiago_exec.own_body import own_body, with_held
 from uncom_tiago_exec.pick_place import PickPlacePlanner
 from uncom_tiago_exec.plan import MoveStep
 from uncom_tiago_exec.recovery import Left, way_home
+from uncom_tiago_exec.sightings import seen_whole
 from uncom_tiago_exec.types import Stage
 
 
@@ -184,3 +185,15 @@ def test_what_the_arm_that_holds_it_cannot_bring_there_is_put_back_and_brought_b
     assert outcome.success, outcome.reason
     assert outcome.in_hand == ""
     assert {status.arm for status in told if status.arm} == {"left", "right"}
+
+
+def test_what_was_named_while_the_arm_hid_a_part_of_it_is_the_whole_thing_once_the_arm_is_away():
+    """Its other part, seen as another thing, does not stand in its way."""
+    rng = np.random.default_rng(9)
+    can = detection("can", cylinder_cloud(0.6, 0.2, 0.033, 0.11, rng))
+    cloud = np.asarray(can.geometry.cloud)
+    low, high = (detection(name, cloud[part]) for name, part in (("a", cloud[:, 2] < 0.74), ("b", cloud[:, 2] > 0.78)))
+    task = make_task([low, high, *lemon_and_bowl(rng, (0.6, -0.3))[:1]], "place", place=(0.6, 0.0))
+    whole = seen_whole(task, scene_of([can, task.scene[2]]))
+    assert whole.object.id == "can"
+    assert {thing.id for thing in whole.scene} == {"can", "lemon"}

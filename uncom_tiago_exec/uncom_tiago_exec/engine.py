@@ -111,7 +111,7 @@ class Engine:
             raise RefusedError("there is no free way back to where I began; make room around my arm")
         self._unfinished = None
         self._base.back()
-        return task if self._hand.in_hand else self._eyes.seen_again(task) or task
+        return task if self._hand.in_hand else self._eyes.unhidden(task)
 
     def _place_held(self, task: ManipulationTask, own: frozenset[str]) -> str:
         """Set down what an earlier command has put into the hand, from where the arm and the base were left with it."""

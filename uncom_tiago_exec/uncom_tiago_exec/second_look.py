@@ -10,7 +10,7 @@ from uncom_tiago_exec.exceptions import GraspFailedError, MisplacedError
 from uncom_tiago_exec.performing import Performer
 from uncom_tiago_exec.plan import Plan
 from uncom_tiago_exec.robot_interface import RobotInterface
-from uncom_tiago_exec.sightings import followed
+from uncom_tiago_exec.sightings import followed, seen_whole
 from uncom_tiago_exec.types import ManipulationTask, Stage
 from uncom_tiago_exec.verification import expected_place, verify
 
@@ -42,6 +42,10 @@ class SecondLook:
         It may be where it was, or where a plan was to bring it.
         """
         return followed(task, self._robot.look(), None if plan is None else expected_place(plan))
+
+    def unhidden(self, task: ManipulationTask) -> ManipulationTask:
+        """Look again now that the arm is out of the way; return the task with what is seen now."""
+        return seen_whole(task, self._robot.look())
 
     def check(self, task: ManipulationTask, plan: Plan) -> str:
         """Look again, and say where the thing is.

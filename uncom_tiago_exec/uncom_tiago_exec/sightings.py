@@ -62,8 +62,19 @@ def _is_at(seen: Detection, place: FloatArray, size: float) -> bool:
 def followed(task: ManipulationTask, scene: Scene, place: FloatArray | None = None) -> ManipulationTask | None:
     """Return a task with everything where it is in a new picture, or None if its thing is not seen; see found_again."""
     thing = found_again(scene, task, place)
-    if thing is None:
-        return None
+    return None if thing is None else _with(task, scene, thing)
+
+
+def seen_whole(task: ManipulationTask, scene: Scene) -> ManipulationTask:
+    """Return a task with everything as a new picture has it, in which nothing has moved but the arm out of the way.
+
+    What was named may have been seen in part, or as several things; it is what stands nearest there now.
+    """
+    thing = nearest(scene, task.object)
+    return (followed(task, scene) or task) if thing is None else _with(task, scene, thing)
+
+
+def _with(task: ManipulationTask, scene: Scene, thing: Detection) -> ManipulationTask:
     target = nearest(scene, task.target) if task.target is not None else None
     return replace(
         task, object=thing, scene=scene.detections, table=scene.table or task.table, target=target or task.target
