@@ -26,7 +26,7 @@ from uncom_tiago_exec.exceptions import (
 )
 from uncom_tiago_exec.from_nearer import FromNearer
 from uncom_tiago_exec.midway import middle_places, to_middle
-from uncom_tiago_exec.nearer import seen_from
+from uncom_tiago_exec.nearer import STEPS, seen_from
 from uncom_tiago_exec.own_body import own_body, with_held, without
 from uncom_tiago_exec.performing import Performer, Report
 from uncom_tiago_exec.pick_place import PLACING, PickPlacePlanner
@@ -187,9 +187,14 @@ class Engine:
             if self._hand.in_hand:
                 raise
             first = refusal
-        ahead = self._nearer.reaching(task, 1)
-        if ahead is not None:
-            return self._from_nearer(task, *ahead)
+        least = 1
+        while (ahead := self._nearer.reaching(task, least)) is not None:
+            try:
+                return self._from_nearer(task, *ahead)
+            except _OTHERWISE:  # what was just possible from afar is not, seen from there
+                if self._hand.in_hand or self._is_astray():
+                    raise
+                least = STEPS.index(ahead[0]) + 2
         return self._by_the_middle(task, first)
 
     def _from_nearer(self, task: ManipulationTask, ahead: float, like: Plan) -> str:
