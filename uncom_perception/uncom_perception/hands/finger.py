@@ -18,7 +18,7 @@ from uncom_perception.hands.detector import FloatArray, RawHand
 
 DepthImage = npt.NDArray[np.float32]
 
-_STEPS = 24  # samples along the finger
+_STEPS = 14  # samples along the finger
 _SEEN = 0.75  # share of the finger, from its tip on, that is looked at: behind it are the knuckles
 _HALF_WINDOW = 0.4  # of the finger's length, to either side
 _THICK_M = 0.015  # deeper or nearer than the finger: something else

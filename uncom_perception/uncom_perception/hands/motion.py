@@ -41,9 +41,10 @@ class MotionWatch:
         if self._background is None or self._background.shape != small.shape:
             self._background = small
             return None
-        change = np.linalg.norm((small - self._background) * np.array([0.5, 1.0, 1.0], np.float32), axis=2) > _CHANGE
-        mask = cv2.morphologyEx(change.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-        share = float(mask.mean())
+        difference = (small - self._background) * np.array([0.5, 1.0, 1.0], np.float32)
+        change = np.einsum("ijk,ijk->ij", difference, difference) > _CHANGE**2
+        mask = cv2.morphologyEx(change.view(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+        share = cv2.countNonZero(mask) / mask.size
         if share > _MAX_SHARE:
             self._background = small
             return None
