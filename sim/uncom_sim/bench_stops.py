@@ -17,10 +17,12 @@ from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.engine import Engine
 from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.types import ManipulationTask, Outcome, Stage, Status
+from uncom_tiago_exec.verification import middle_of
 
 from uncom_sim.bench_execution import home_error, task_of
 from uncom_sim.bench_execution_cases import Case
 from uncom_sim.bench_robot import SteppedRobot
+from uncom_sim.exceptions import SceneError
 from uncom_sim.next_command import Part, next_command, random_scene
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.robot.robot import TIME_STEP_S
@@ -41,6 +43,7 @@ STAGES = (
 _KINDS = ("can", "box", "cup", "bottle")
 _SETTLING = 0.1  # [rad/s, m/s]
 _STILL = 0.01  # [rad, m]
+_SEEN_M = 0.06
 _LATER_STEPS = 48
 _SETTLE_STEPS = 120
 _SHORT_S = 0.6  # what the fingers take, about
@@ -82,6 +85,7 @@ class Stopped:
         self._driving = False
         self._held = ""
         self._number = 0
+        self._last: ManipulationTask | None = None
 
     def stop(self, wanted: Stage) -> Stop | None:
         """Give a command and stop it in a stage, or shortly after; None if it came to its end before."""
@@ -122,12 +126,33 @@ class Stopped:
         return outcome, said
 
     def _seen(self, case: Case) -> ManipulationTask:
-        """Return the command as it is seen from where the base is now."""
+        """Return the command as it is seen; where the arm hides what is meant, the robot is first sent home.
+
+        Raises:
+            SceneError: it is not seen then either.
+        """
+        task = self._grounded(case)
+        if task is None and self._last is not None:  # what it cannot do it refuses, once it has gone home
+            self._engine.execute(replace(self._last, primitive="wave"))
+            task = self._grounded(case)
+        if task is None:
+            raise SceneError(f"the {case.kind} is not seen")
+        self._last = task
+        return task
+
+    def _grounded(self, case: Case) -> ManipulationTask | None:
+        """Return the command as it is seen from where the base is now; None if the thing is neither seen nor held."""
         shift = np.eye(4)
         shift[0, 3] = -self.simulator.base.odometry.x
         states = [replace(state, pose=shift @ state.pose) for state in self.simulator.object_states()]
         place = None if case.place is None else (case.place[0] + float(shift[0, 3]), case.place[1])
-        return task_of(replace(case, place=place), self.machine.look(), states)
+        seen = self.machine.look()
+        if not any(thing.geometry is not None for thing in seen.detections):
+            return None
+        task = task_of(replace(case, place=place), seen, states)
+        there = next(state.position[:2] for state in states if state.id == case.meaning.object)
+        away = float(np.linalg.norm(middle_of(task.object) - there))
+        return task if self._held or away < _SEEN_M else None
 
     def _motion(self) -> tuple[float, float]:
         """Return the greatest speed 0.2 s after a stop, and how far anything moves after that."""

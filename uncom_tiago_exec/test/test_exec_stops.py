@@ -44,7 +44,10 @@ def test_a_stop_at_any_of_fifty_moments_of_all_stages_leaves_it_still_and_usable
 @pytest.mark.timeout(3000)
 def test_a_stop_while_base_or_arm_are_on_their_way_to_what_is_far_leaves_it_still_and_usable():
     """What is asked for is too far for the arms, so the base drives nearer and back."""
-    things = (SceneObject("o0", "can", natural_colour("can"), 0.82, 0.2, 0.0),)
+    things = (
+        SceneObject("o0", "can", natural_colour("can"), 0.82, 0.2, 0.0),
+        SceneObject("o1", "box", natural_colour("box"), 0.6, -0.3, 0.0),
+    )
     total = run_stops(8, 1, scene=Scene(things, "do it"), part=Part((0.78, 0.84), 0.25))
     check(total, 8)
     assert total["driving"] > 0
