@@ -20,7 +20,7 @@ from uncom_perception.objects.plane import find_table_plane
 from uncom_perception.objects.table import Ground, PointImage, TopDown, find_table, ground_frame, table_pixels
 from uncom_perception.types import Mask, TableSurface
 
-_STRIDE, _SPARSE = 4, 5
+_STRIDE = 4
 _BELOW_M, _HIGHEST_M = 0.01, 0.65  # heights over the table of what is looked at
 
 
@@ -99,7 +99,7 @@ def _ray_lengths(camera: PinholeCamera) -> DepthImage:
 
 def _sparse_points(depth: DepthImage, camera: PinholeCamera, pose: FloatArray) -> FloatArray:
     """Return some points of some rows (N, 3) that are known, in the frame of the camera's pose."""
-    z = depth[::_SPARSE, ::_SPARSE].astype(float)
+    z = depth[::_STRIDE, ::_STRIDE].astype(float)
     v, u = np.nonzero(np.isfinite(z))
-    optical = camera.deproject(np.column_stack([u, v]) * float(_SPARSE), z[v, u])
+    optical = camera.deproject(np.column_stack([u, v]) * float(_STRIDE), z[v, u])
     return np.asarray(optical @ pose[:3, :3].T + pose[:3, 3])
