@@ -18,6 +18,7 @@ from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.robot.kinematics import Kinematics
 from uncom_sim.robot.names import ACTUATED, FINGERS, home_positions
 from uncom_sim.robot.physics_model import BASE_EFFORTS, BASE_JOINTS, physics_urdf
+from uncom_sim.robot.spindles import Spindles
 from uncom_sim.robot.visual_meshes import with_file_paths
 
 IntArray = npt.NDArray[np.intp]
@@ -25,9 +26,6 @@ IntArray = npt.NDArray[np.intp]
 TIME_STEP_S = 1.0 / 240.0
 _POSITION_GAIN = 0.1  # share of a position error made good in one step
 _PAD_FRICTION = 1.2  # rubber
-# The spindle of a finger resists being driven back; without it a load along the opening axis
-# would push both fingers sideways as if they floated.
-_SPINDLE_FRICTION_N = 12.0
 _BASE_LEAD = np.array([0.02, 0.02, 0.02])  # how far the base's set-point may run ahead of it [m, m, rad]
 
 
@@ -79,6 +77,7 @@ class Robot:
         self._efforts = [*(joint.effort for joint in joints), *BASE_EFFORTS]
         # The motor asks for gain * error / step, so this much error asks for the joint's full speed.
         self._max_error = self.max_velocity * TIME_STEP_S / _POSITION_GAIN
+        self._spindles: list[tuple[Spindles, tuple[int, int]]] = []  # with their places among ACTUATED
         self._set_dynamics()
         self._place(options)
         self._allow_resting_overlaps()
@@ -107,24 +106,8 @@ class Robot:
                     physicsClientId=self._client,
                 )
             pybullet.setCollisionFilterPair(self.body, self.body, *fingers, 0, physicsClientId=self._client)
-            self._add_spindle_friction(side, fingers)
-
-    def _add_spindle_friction(self, side: str, fingers: list[int]) -> None:
-        """Resist motion of one finger relative to the other with a bounded force (no position is held)."""
-        gear = pybullet.createConstraint(
-            self.body,
-            fingers[0],
-            self.body,
-            fingers[1],
-            jointType=pybullet.JOINT_GEAR,
-            jointAxis=[1, 0, 0],
-            parentFramePosition=[0, 0, 0],
-            childFramePosition=[0, 0, 0],
-            physicsClientId=self._client,
-        )
-        if gear < 0:
-            raise SimError(f"PyBullet could not model the {side} gripper's spindles")
-        pybullet.changeConstraint(gear, gearRatio=-1, maxForce=_SPINDLE_FRICTION_N, physicsClientId=self._client)
+            spindles = Spindles(self._client, self.body, side, (fingers[0], fingers[1]))
+            self._spindles.append((spindles, (ACTUATED.index(joints[0]), ACTUATED.index(joints[1]))))
 
     def _place(self, options: RobotOptions) -> None:
         pose = home_positions(options.torso, options.head, options.finger)
@@ -186,6 +169,8 @@ class Robot:
     def update(self) -> None:
         """Read the joints; call once after each physics step."""
         self.readings = self._read()
+        for spindles, (first, second) in self._spindles:
+            spindles.follow(float(self.readings.position[first]), float(self.readings.position[second]))
 
     def _read(self) -> JointReadings:
         states = pybullet.getJointStates(self.body, [*self._joints, *self._base], physicsClientId=self._client)

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Dry friction in the spindles of a gripper: what pushes both fingers to one side has to overcome it.
+
+Both motors press with their whole effort on what is held, so neither holds its place; without friction a load along
+the opening axis would push the fingers sideways as if they floated. A gear constraint between the fingers takes up to
+the friction's force; where it gives way, the place it holds is drawn along (a bristle: Dahl 1968).
+"""
+
+from __future__ import annotations
+
+import pybullet
+
+from uncom_sim.exceptions import SimError
+
+FRICTION_N = 12.0  # of one finger
+_BRISTLE = 0.001  # [m] the fingers give before they slip
+_CORRECTION = 0.5  # share of that made good in one step
+
+
+class Spindles:
+    """The two fingers of one gripper: joints of a body, by their indices."""
+
+    def __init__(self, client: int, body: int, side: str, fingers: tuple[int, int]) -> None:
+        """Join the fingers where they are.
+
+        Raises:
+            SimError: PyBullet makes no such constraint.
+        """
+        self._client = client
+        self._gear = pybullet.createConstraint(
+            body,
+            fingers[0],
+            body,
+            fingers[1],
+            jointType=pybullet.JOINT_GEAR,
+            jointAxis=[1, 0, 0],
+            parentFramePosition=[0, 0, 0],
+            childFramePosition=[0, 0, 0],
+            physicsClientId=client,
+        )
+        if self._gear < 0:
+            raise SimError(f"PyBullet could not model the {side} gripper's spindles")
+        self._held = 0.0
+        self._hold()
+
+    def follow(self, first: float, second: float) -> None:
+        """Take the fingers' positions [m]; call once after each physics step."""
+        lag = first - second - self._held
+        if abs(lag) > _BRISTLE:
+            self._held += lag - _BRISTLE if lag > 0.0 else lag + _BRISTLE
+            self._hold()
+
+    def _hold(self) -> None:
+        pybullet.changeConstraint(
+            self._gear,
+            gearRatio=-1,
+            maxForce=FRICTION_N,
+            erp=_CORRECTION,
+            relativePositionTarget=self._held,
+            physicsClientId=self._client,
+        )
