@@ -151,6 +151,40 @@ def test_fingers_that_are_jammed_close_and_open_again_and_never_tear_the_thing_a
         assert "fingers do not open" in outcome.reason
 
 
+class Hemmed(ObedientRobot):
+    """Something beside what it holds keeps its fingers from opening wide, once they have held it."""
+
+    def __init__(self, scene, widths, room):
+        super().__init__(scene, widths)
+        self.room = room
+        self.held = False
+
+    def grip(self, side, gap):
+        self.held |= gap < self.widths[0]
+        return super().grip(side, min(gap, self.widths[0] + self.room) if self.held else gap)
+
+
+def test_fingers_that_a_neighbour_keeps_from_opening_wide_have_let_go_all_the_same():
+    things = lemon_and_bowl(np.random.default_rng(0))
+    machine = Hemmed(scene_of(lemon_at(0.6, -0.08, 0.01), *things[1:]), [0.05], 0.014)
+    outcome = Engine(robot(), machine, CONFIG, lambda _: None).execute(make_task(things, "put_in", target="bowl"))
+    assert outcome.success, outcome.reason
+    assert outcome.in_hand == ""
+
+
+def test_what_the_fingers_did_not_let_go_is_brought_home_and_set_down_by_the_next_command():
+    things = lemon_and_bowl(np.random.default_rng(0))
+    machine = Jammed(scene_of(lemon_at(0.6, -0.08, 0.01), *things[1:]), [0.05], 50)
+    engine = Engine(robot(), machine, CONFIG, lambda _: None)
+    assert engine.execute(make_task(things, "put_in", target="bowl")).in_hand == "lemon"
+    away = {n: abs(machine.joints[n] - v) for n, v in start_positions().items() if "finger" not in n}
+    assert max(away.values()) < 0.01
+    machine.jams = 0
+    outcome = engine.execute(make_task(things, "put_in", target="bowl"))
+    assert outcome.success, outcome.reason
+    assert outcome.in_hand == ""
+
+
 def test_a_wide_dish_is_rather_held_beside_its_handle():
     rng = np.random.default_rng(5)
     pan = bowl_cloud(0.6, 0.0, 0.11, 0.045, rng)

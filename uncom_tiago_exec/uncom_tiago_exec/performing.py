@@ -23,6 +23,7 @@ _SQUEEZE = 0.03  # [m] the fingers aim this much below what they hold; with 2 cm
 # With less a pair that a load has moved aside comes to an end, where one finger presses alone; what is thin and slants
 # turns between the fingers, and they follow it.
 _STUCK = 0.01  # [m] fingers that open by this much less than told still hold what they had
+_FREED = 0.012  # [m] fingers that open by this much at least let go, though something beside them is in their way
 _UNSTICK = 3  # times they close and open again
 _EARLY = 0.035  # [m] what hangs lower than thought, for it turned between the fingers, rests this much earlier at most
 _HANGING = 0.7  # the same as a share of the radius of a dish that is held by its edge
@@ -164,7 +165,10 @@ class Performer:
                 return
             if attempt < _UNSTICK:
                 self._robot.grip(plan.side, _pressed(gap))
-        raise MotionError("my fingers do not open")
+        if gap < self._held_gap + _FREED:
+            raise MotionError("my fingers do not open")
+        _LOG.warning("something beside it keeps the fingers from opening wider than %.0f mm", 1000.0 * gap)
+        self._gripping = None
 
     def _lower(self, step: MoveStep, plan: Plan) -> bool:
         """Lower the thing; return False if it rests on something a little before the end.
@@ -224,11 +228,17 @@ class Performer:
             return
         if step.holding and plan.grasp is not None:
             step = GripStep(step.stage, plan.grasp.opening)
-        if step.stage == Stage.PLACING:
-            self._let_go(plan, step)
-            self.in_hand, self._released = "", True
-        else:
+        if step.stage != Stage.PLACING:
             self._grip(plan, step)
+            return
+        try:
+            self._let_go(plan, step)
+        except MotionError:
+            if not self.in_hand:
+                raise
+            self._gripping = None  # it is held yet, and goes where the hand goes
+            return
+        self.in_hand, self._released = "", True
 
     def give_up_grasp(self, plan: Plan) -> None:
         """Open, and go back the way that was free on the way in; from above, where what fell may lie, straight home."""
