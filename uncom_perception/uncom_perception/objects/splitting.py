@@ -28,6 +28,7 @@ _STRIDE = 2
 _SPARSE = 13
 _ROUNDS = 4
 _EVEN, _EVEN_SHARE = 8.0, 0.92  # of a and b in Lab, and the share of pixels within it
+_EVEN_SHADED = 0.16  # of the same, as shares of the lightness
 _SOLID = 0.95  # share of its convex outline in the image above which a surface is convex
 
 
@@ -54,10 +55,12 @@ def split_touching(surfaces: Surfaces, regions: Regions) -> tuple[Regions, npt.N
 def _plainly_one(surfaces: Surfaces, regions: Regions, label: int, box: tuple[slice, slice]) -> bool:
     """Whether a surface has one colour and a convex outline in the image, as hardly any two things together have."""
     some = surfaces.lab.reshape(-1, 3)[regions.of(label)[::_SPARSE]]
-    even = np.ones(len(some), bool)
+    even, shaded = np.ones((2, len(some)), bool)
     for k in (1, 2):
+        relative = some[:, k] / (some[:, 0] + 12.0)  # in the shade chroma shrinks with lightness
         even &= np.abs(some[:, k] - quantile(some[:, k], 50)) < _EVEN
-    if np.count_nonzero(even) < _EVEN_SHARE * len(even):
+        shaded &= np.abs(relative - quantile(relative, 50)) < _EVEN_SHADED
+    if np.count_nonzero(even | shaded) < _EVEN_SHARE * len(even):
         return False
     own = (regions.labels[box] == label).view(np.uint8)
     contours = cv2.findContours(own, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[0]
