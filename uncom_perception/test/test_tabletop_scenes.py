@@ -75,6 +75,21 @@ def test_everything_on_the_table_is_found_and_nothing_else(pictures, detector):
         assert len(scene.detections) == len(picture.masks)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_round_fruit_is_one_thing_wherever_it_lies_though_it_has_a_dent_and_a_stem(detector, seed):
+    places = [(0.5, 0.23), (0.55, -0.3), (0.55, 0.0), (0.7, 0.3), (0.75, -0.1), (0.85, 0.1), (0.85, -0.3)]
+    fruit = [
+        {"id": f"f{i}", "kind": ("apple", "orange")[(i + seed) % 4 == 3], "x": x, "y": y, "yaw": 0.9 * i + seed}
+        for i, (x, y) in enumerate(places)
+    ]
+    words = {"say": "take this and put it next to this", "point_object": "f0", "point_target": "f1"}
+    (picture,) = takes({"objects": fruit, **words}, 70 + seed, (None,))
+    scene = detector.detect(picture.rgb, picture.depth, CAMERA, POSE, [])
+    assert len(scene.detections) == len(fruit)
+    for mask in picture.masks.values():
+        assert max(overlap(d.mask, mask) for d in scene.detections) > 0.7
+
+
 @pytest.mark.parametrize("turn", [0.0, 0.4, 0.8])
 def test_a_mug_is_one_thing_wherever_its_handle_points(detector, turn):
     """Its handle folds out of its wall, and its inside is parted from its front by the rim."""
