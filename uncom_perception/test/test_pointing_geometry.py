@@ -49,11 +49,12 @@ def hand(extended, spread=0.0):
         ((), 0.0, False),
         (("index", "middle", "ring", "little"), 0.1, False),
         (("index", "middle"), 0.5, False),
+        (("index", "middle"), 0.18, False),
         (("middle",), 0.0, False),
     ],
 )
 def test_only_a_pointing_shape_points(extended, spread, points):
-    """Index out and the rest curled points; fist, open palm, a spread V and a middle finger do not."""
+    """Index out and the rest curled points; fist, open palm, a V, narrow or wide, and a middle finger do not."""
     pose = hand_pose(hand(extended, spread))
     evidence = max(IndexStyle().evidence(pose), TwoFingersStyle().evidence(pose))
     assert (evidence > 0.5) == points

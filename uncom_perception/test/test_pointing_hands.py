@@ -11,6 +11,7 @@ from perception_scenes import CAMERA, POSE, takes
 from uncom_common.transforms import apply, invert
 from uncom_perception.exceptions import InvalidImageError
 from uncom_perception.hands import hands_to_json, point_in_image
+from uncom_perception.hands.noise import noise_level, without_noise
 
 SCENE = {
     "objects": [
@@ -71,6 +72,29 @@ def test_a_hand_points_in_dim_light_as_in_usual_light(pictures, frames, light):
         if dim.pointing_hand is not None:
             rays = [f.hands[f.pointing_hand].ray for f in (dim, frame)]
             assert np.degrees(np.arccos(np.clip(np.dot(rays[0].direction, rays[1].direction), -1, 1))) < 6.0
+
+
+@pytest.mark.parametrize("level", [12.0, 25.0])
+def test_a_hand_is_found_in_a_noisy_picture(pictures, frames, level):
+    """Where a person still sees it at once; the palm detector alone finds none at either level."""
+    for k, (picture, frame) in enumerate(zip(pictures, frames, strict=True)):
+        if frame.pointing_hand is None:
+            continue
+        grain = np.random.default_rng(9100 + k).normal(0.0, level, picture.rgb.shape)
+        noisy = point_in_image(np.clip(picture.rgb + grain, 0, 255).astype(np.uint8), picture.depth, CAMERA)
+        assert noisy.pointing_hand is not None
+        rays = [f.hands[f.pointing_hand].ray for f in (noisy, frame)]
+        assert np.degrees(np.arccos(np.clip(np.dot(rays[0].direction, rays[1].direction), -1, 1))) < 15.0
+
+
+def test_texture_is_no_noise():
+    """A picture half of which is grass stays as it is; with noise all over, its level is told within a quarter."""
+    rng = np.random.default_rng(9100)
+    picture = np.full((480, 640, 3), 140, np.uint8)
+    picture[240:] = rng.integers(60, 200, (240, 640, 3))
+    assert without_noise(picture) is picture
+    plain = np.full((480, 640, 3), 120.0)
+    assert noise_level((plain + rng.normal(0.0, 12.0, plain.shape)).astype(np.uint8)) == pytest.approx(12.0, rel=0.25)
 
 
 def test_the_json_holds_what_the_command_line_promises(frames):

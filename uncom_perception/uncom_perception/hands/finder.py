@@ -21,6 +21,7 @@ from uncom_perception.hands.detector import (
     check_rgb,
 )
 from uncom_perception.hands.motion import MotionWatch, Newcomer
+from uncom_perception.hands.noise import without_noise
 from uncom_perception.hands.views import View, around, from_afar, second_looks, whole
 
 _AGREEMENT = 0.25  # of the hand's size: how far the landmarks of two looks at one hand may differ
@@ -100,7 +101,7 @@ class HandFinder:
         if quiet and not attentive and not self._last and 0.0 <= stamp_s - self._looked_s < _IDLE_S:
             return ()
         self._looked_s = stamp_s
-        image_rgb = lightened(image_rgb)
+        image_rgb = without_noise(lightened(image_rgb))
         hands = _plausible(self._detector.detect(image_rgb))
         if hands:
             hands = tuple(self._settled(image_rgb, hand, stamp_s) for hand in hands)

@@ -3,9 +3,7 @@
 
 from __future__ import annotations
 
-from uncom_perception.hands.styles.style import PointingStyle, Pose
-
-_SPREAD_RAD = 0.2
+from uncom_perception.hands.styles.style import SIDE_BY_SIDE_RAD, PointingStyle, Pose
 
 
 class IndexStyle(PointingStyle):
@@ -16,5 +14,5 @@ class IndexStyle(PointingStyle):
 
     def evidence(self, pose: Pose) -> float:
         """Return index extension and the curl of the others together."""
-        spread_middle = pose.middle if pose.spread_rad > _SPREAD_RAD else 0.0  # a "V" is the number two
+        spread_middle = pose.middle if pose.spread_rad > SIDE_BY_SIDE_RAD else 0.0  # a "V" is the number two
         return pose.index * min(pose.curl_of_others, 1.0 - spread_middle)

@@ -13,6 +13,9 @@ from uncom_perception.hands.detector import FINGERS, MIDDLE_MCP, WRIST, FloatArr
 
 _PLAINLY = 0.5
 
+#: Fingers held side by side differ by less; a narrow "V" (victory, number two) by 0.16 rad, a usual one by 0.35.
+SIDE_BY_SIDE_RAD = 0.15
+
 
 @dataclass(frozen=True, slots=True)
 class Pose:

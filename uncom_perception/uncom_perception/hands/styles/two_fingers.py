@@ -3,9 +3,7 @@
 
 from __future__ import annotations
 
-from uncom_perception.hands.styles.style import PointingStyle, Pose
-
-_SIDE_BY_SIDE_RAD = 0.2  # a "V" (victory, number two) is spread by 0.35 rad and more: no pointing
+from uncom_perception.hands.styles.style import SIDE_BY_SIDE_RAD, PointingStyle, Pose
 
 
 class TwoFingersStyle(PointingStyle):
@@ -16,6 +14,6 @@ class TwoFingersStyle(PointingStyle):
 
     def evidence(self, pose: Pose) -> float:
         """Return the extension of both, the curl of the others; none for spread fingers."""
-        if pose.spread_rad > _SIDE_BY_SIDE_RAD:
+        if pose.spread_rad > SIDE_BY_SIDE_RAD:
             return 0.0
         return 0.9 * pose.index * pose.middle * (1.0 - max(pose.ring, pose.little))
