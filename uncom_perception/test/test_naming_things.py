@@ -194,6 +194,22 @@ def test_colour_naming_agrees_with_opencv_lab():
     assert abs(lab[0, 0, 2]) < 0.5
 
 
+def test_a_colour_between_two_names_is_called_as_is_usual_for_such_a_thing(matcher):
+    """Light grey metal is grey as a spoon; a bowl may as well be white, and a spoon that is plainly white stays so."""
+    spoon = Shape(0.18, 0.04, 0.012, 4.5, 0.067, 0.4, 0.7, 0.1, 0.1, 0.0, 0.02, 0.5, 0.8, 1.0)
+    between, white = {"white": 0.5, "grey": 0.4, "beige": 0.1}, {"white": 0.95, "grey": 0.05}
+
+    def first(shape: Shape, colours: dict[str, float]) -> str:
+        thing = matcher.describe(shape, colours, 0.1)
+        assert sum(thing.colours.values()) == pytest.approx(1.0)
+        return next(iter(thing.colours))
+
+    assert matcher.label(matcher.describe(spoon, between, 0.1))[0] == "spoon"
+    assert first(spoon, between) == "grey"
+    assert first(spoon, white) == "white"
+    assert first(BOWL, between) == "white"
+
+
 def test_a_cereal_box_is_a_box_where_there_is_no_other(matcher):
     """Beside a plain box "the box" is the plain one."""
     tall = Shape(0.19, 0.06, 0.28, 3.0, 1.45, 0.4, 0.95, 0.0, 0.0, 0.0, 0.0, 0.9, 1.0, 1.0)

@@ -41,7 +41,7 @@ _MEASURES = tuple(_BOUNDS)
 _IS_HEIGHT = np.array([name == "height" for name in _MEASURES])
 _ABSOLUTE_SOFTNESS = {"handle": 0.008, "curvature": 0.03, "hollowness": 0.08, "cavity": 0.15, "roundness": 0.07}
 _FLOOR = 0.02  # a measure far outside its range counts against a word, but does not rule it out: it may be hidden
-_COLOUR_FLOOR = 0.06
+COLOUR_FLOOR = 0.06  # how usual a colour is that a noun's entry does not name
 _COLOUR_MASS = 0.25
 _MIN_MASS = 0.15
 
@@ -109,7 +109,7 @@ class Likelihoods:
             total += (fits - self._log_mass) @ trust
             kept += fits @ trust
         fit = (self._colours * colour_probabilities(colours)).max(axis=1)
-        colour = np.where(self._with_colour, np.log(np.maximum(fit, _COLOUR_FLOOR)), 0.0)
+        colour = np.where(self._with_colour, np.log(np.maximum(fit, COLOUR_FLOOR)), 0.0)
         return total + colour - self._colour_log_mass, kept + colour
 
 

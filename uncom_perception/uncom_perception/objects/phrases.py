@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from uncom_perception.objects.colour import COLOUR_WORDS, colour_probability
-from uncom_perception.objects.lexicon import Lexicon, Likelihoods, Noun, ThingClass
+from uncom_perception.objects.lexicon import COLOUR_FLOOR, Lexicon, Likelihoods, Noun, ThingClass
 from uncom_perception.objects.shape import Shape
 
 FloatArray = npt.NDArray[np.float64]
@@ -109,7 +109,21 @@ class PhraseMatcher:
     ) -> Thing:
         """Return a thing, a share of which may be hidden, with what every noun makes of its measures."""
         ratios, kept = self._likelihoods.of(shape, colours, hidden)
-        return Thing(shape, colours, size, ratios, np.exp(kept), certainty)
+        thing = Thing(shape, colours, size, ratios, np.exp(kept), certainty)
+        return thing if shape is None else replace(thing, colours=self._as_usual(thing))
+
+    def _as_usual(self, thing: Thing) -> Mapping[str, float]:
+        """Return the shares of colour names that a thing's own kind makes likelier: spoons are grey, not white.
+
+        How light a surface is cannot be told from how light its picture is; who names its colour knows what it is.
+        """
+        name, sure = self.label(thing)
+        usual = self._lexicon.nouns[name].colours
+        if not usual:
+            return thing.colours
+        likely = {c: share * (1.0 - sure + sure * usual.get(c, COLOUR_FLOOR)) for c, share in thing.colours.items()}
+        total = max(sum(likely.values()), 1e-9)
+        return dict(sorted(((c, share / total) for c, share in likely.items()), key=lambda pair: -pair[1]))
 
     def label(self, thing: Thing) -> tuple[str, float]:
         """Return the best noun for a thing and its probability among all nouns (and an unknown kind of thing)."""
