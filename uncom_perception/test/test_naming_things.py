@@ -196,7 +196,7 @@ def test_colour_naming_agrees_with_opencv_lab():
 
 def test_a_colour_between_two_names_is_called_as_is_usual_for_such_a_thing(matcher):
     """Light grey metal is grey as a spoon; a bowl may as well be white, and a spoon that is plainly white stays so."""
-    spoon = Shape(0.18, 0.04, 0.012, 4.5, 0.067, 0.4, 0.7, 0.1, 0.1, 0.0, 0.02, 0.5, 0.8, 1.0)
+    spoon = Shape(0.17, 0.042, 0.012, 4.0, 0.07, 0.35, 0.6, 0.2, 0.1, 0.06, 0.02, 0.5, 0.8, 1.0)
     between, white = {"white": 0.5, "grey": 0.4, "beige": 0.1}, {"white": 0.95, "grey": 0.05}
 
     def first(shape: Shape, colours: dict[str, float]) -> str:

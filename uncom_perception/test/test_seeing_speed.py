@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Time of the senses beside that of a plain MediaPipe call in the same process, so that slow machines do not matter.
+"""Time of the senses: as asked for, or beside a plain MediaPipe call in the same process, so that slow machines pass.
 
-A plain call takes about 30 ms where detection is wanted in 80, hands in 35, and a phrase in 2; the bounds leave room
-for other jobs on the machine.
+A plain call takes about 30 ms where detection is wanted in 80, hands in 35, and a phrase in 2. On other machines it
+takes 10, and other arithmetic is not faster by as much. The bounds leave room for other jobs on the machine.
 """
 
 from __future__ import annotations
@@ -57,11 +57,11 @@ def test_twelve_things_are_found_in_the_time_of_a_few_plain_hand_calls(full_tabl
     detect, hands = median_ms(
         lambda _: detector.detect(empty.rgb, empty.depth, CAMERA, POSE, phrases), lambda _: plain.detect(pointed.rgb)
     )
-    assert detect < 4.2 * hands
+    assert detect < max(80.0, 4.2 * hands)
 
 
 def test_a_phrase_among_twelve_things_takes_little(full_table, plain):
-    """Twenty more phrases cost less than two plain hand calls."""
+    """Twenty more phrases cost less than two plain hand calls, or 2 ms each."""
     empty, pointed = full_table
     detector = TabletopDetector()
     words = [f"the biggest {colour} {kind}" for colour in ("red", "green") for kind in KINDS[:10]]
@@ -70,7 +70,7 @@ def test_a_phrase_among_twelve_things_takes_little(full_table, plain):
         lambda _: detector.detect(empty.rgb, empty.depth, CAMERA, POSE, words),
         lambda _: plain.detect(pointed.rgb),
     )
-    assert many - few < 2.0 * hands
+    assert many - few < max(20 * 2.0, 2.0 * hands)
 
 
 def test_a_pointing_hand_takes_hardly_more_than_a_plain_hand_call(full_table, plain):
@@ -81,4 +81,4 @@ def test_a_pointing_hand_takes_hardly_more_than_a_plain_hand_call(full_table, pl
         lambda k: reader.read(pointed.rgb, 1.0 + k / 30.0, depth=pointed.depth, camera=CAMERA),
         lambda _: plain.detect(pointed.rgb),
     )
-    assert read < 1.5 * hands
+    assert read < max(35.0, 1.5 * hands)

@@ -21,6 +21,10 @@ Outline = npt.NDArray[np.float32]
 _VOXEL_M = 0.004
 _CROWD_M = 0.012
 _MAX_POINTS = 6000
+_APART_M, _STRAY_SHARE = 0.015, 0.03
+_TALL_M = 0.04  # of lower things much lies near the table
+_TRAIL_M, _TRAIL_SHARE = 0.016, 0.1  # how high, of the thing's height, trails are
+_BEYOND_M = 0.012  # outside what is higher
 
 
 def clean_points(ground_points: PointImage, mask: Mask) -> npt.NDArray[np.float32]:
@@ -34,7 +38,45 @@ def clean_points(ground_points: PointImage, mask: Mask) -> npt.NDArray[np.float3
     key = _cell_keys(points, _CROWD_M)
     count = np.bincount(key)
     kept = points[count[key] >= 3]
-    return kept if len(kept) > 0.5 * len(points) else points
+    if len(kept) <= 0.5 * len(points):
+        return points
+    return _without_trail(_without_strays(kept))
+
+
+def _without_strays(points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """Drop the few points (N, 3) that lie apart from the rest, seen from above."""
+    column, row = (((points[:, k] - points[:, k].min()) * np.float32(1.0 / _APART_M)).astype(np.int32) for k in (0, 1))
+    filled = np.zeros((int(row.max()) + 1, int(column.max()) + 1), np.uint8)
+    filled[row, column] = 1
+    count, labels = cv2.connectedComponents(filled, connectivity=8)
+    if count < 3:
+        return points
+    piece = labels[row, column]
+    kept: npt.NDArray[np.bool_] = np.bincount(piece)[piece] >= _STRAY_SHARE * len(points)
+    return points[kept]
+
+
+def _without_trail(points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """Drop the points (N, 3) that trail along the table behind a tall thing, where its edge is smeared."""
+    height = quantile(points[:, 2], 98)
+    low = points[:, 2] < max(_TRAIL_M, _TRAIL_SHARE * height)
+    if height < _TALL_M or not low.any() or np.count_nonzero(low) > 0.5 * len(points):
+        return points
+    lower, upper = points[low, :2], points[~low]
+    if (lower.max(axis=0) < upper[:, :2].max(axis=0) + _BEYOND_M).all() and (
+        lower.min(axis=0) > upper[:, :2].min(axis=0) - _BEYOND_M
+    ).all():
+        return points
+    corners = convex_outline(upper)[:, 0].astype(float)
+    if len(corners) < 3:
+        return points
+    edges = np.roll(corners, -1, axis=0) - corners
+    outward = np.stack([edges[:, 1], -edges[:, 0]]) / np.maximum(np.hypot(edges[:, 0], edges[:, 1]), 1e-9)
+    turn = np.sign(np.sum(corners[:, 0] * np.roll(corners[:, 1], -1) - np.roll(corners[:, 0], -1) * corners[:, 1]))
+    beyond = turn * (lower @ outward - np.sum(corners.T * outward, axis=0))
+    drop = np.zeros(len(points), bool)
+    drop[low] = beyond.max(axis=1) > _BEYOND_M
+    return points[~drop]
 
 
 def convex_outline(points: npt.NDArray[np.float32]) -> Outline:

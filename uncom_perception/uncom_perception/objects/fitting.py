@@ -21,7 +21,7 @@ _HOLDS, _HOLDS_ALIKE = 2.0, 0.15  # seen of a thing, over what is seen of its ha
 _FLOOR_M, _BESIDE_SHARE = 0.02, 0.25
 _LEAST_HANDLE_M = 0.025  # a shorter one is no reason to look twice
 _HIGHEST_HANDLE_M = 0.12
-_RIM_M = 0.025  # inside and outside of a hollow thing end at one rim
+RIM_M = 0.025  # inside and outside of a hollow thing end at one rim
 _TOP_M = 0.012
 _TOP_WIDTH_M = 0.028
 
@@ -30,7 +30,7 @@ def may_be_hollow(one: npt.NDArray[np.float32], other: npt.NDArray[np.float32]) 
     """Whether points (N, 3) and (M, 3) may be inside and outside of one thing."""
     if stands(one) and stands(other):
         return False
-    level = abs(quantile(one[:, 2], 98) - quantile(other[:, 2], 98)) < _RIM_M
+    level = abs(quantile(one[:, 2], 98) - quantile(other[:, 2], 98)) < RIM_M
     return level or is_floor(one, other, alike=True) or is_floor(other, one, alike=True)
 
 

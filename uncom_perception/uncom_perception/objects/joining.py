@@ -18,6 +18,7 @@ from uncom_perception.objects.fitting import (
     one_body,
     outline,
 )
+from uncom_perception.objects.inside import is_inside
 from uncom_perception.objects.numbers import medians
 from uncom_perception.objects.regions import Pixels, Regions
 from uncom_perception.objects.segments import Surfaces
@@ -62,11 +63,13 @@ class _Groups:
         return regions.renumbered(numbers.reshape(-1)), self.parted[np.ix_(kept, kept)]
 
 
-def parted_labels(surfaces: Surfaces, regions: Regions, origin: npt.NDArray[np.int32]) -> Mask:
+def parted_labels(
+    surfaces: Surfaces, regions: Regions, origin: npt.NDArray[np.int32], viewer: npt.NDArray[np.float64]
+) -> Mask:
     """Return which labels (L + 1, L + 1) were parted at a fold: those of one origin (L + 1,) that are large enough.
 
     Inside and outside of a hollow thing are parted only until they are seen to be of one colour, and one of them to
-    have no top of its own.
+    have no top of its own, or until one is plainly the inside of the other as a viewer (3,) sees it.
     """
     large = regions.sizes >= FRAGMENT_PIXELS
     parted = (origin[:, None] == origin[None]) & large[:, None] & large[None]
@@ -77,11 +80,16 @@ def parted_labels(surfaces: Surfaces, regions: Regions, origin: npt.NDArray[np.i
     colours = _label_colours(surfaces, regions)
     points = surfaces.ground_points.reshape(-1, 3)
     clouds: dict[int, npt.NDArray[np.float32]] = {}
+    insides: list[tuple[int, int]] = []
     for i, j in np.argwhere(np.triu(parted)).tolist():
-        if not alike_colours(colours[i - 1], colours[j - 1]):
-            continue
         one, other = (clouds.setdefault(k, points[regions.of(k)]) for k in (i, j))
-        parted[i, j] = parted[j, i] = not may_be_hollow(one, other)
+        insides += [(i, j)] * is_inside(one, other, viewer) + [(j, i)] * is_inside(other, one, viewer)
+        if alike_colours(colours[i - 1], colours[j - 1]):
+            parted[i, j] = parted[j, i] = not may_be_hollow(one, other)
+    for inside, outside in insides:
+        parted[inside, outside] = parted[outside, inside] = False
+        same = ~parted[outside]  # its handle, say, which is parted from the inside only by the rim
+        parted[inside, same] = parted[same, inside] = False
     return np.asarray(parted)
 
 
@@ -163,11 +171,11 @@ def alike_colours(a: npt.NDArray[np.floating], b: npt.NDArray[np.floating]) -> b
     return plain < 14.0 or relative < 0.22
 
 
-def join_hollow(surfaces: Surfaces, regions: Regions, parted: Mask) -> Regions:
+def join_hollow(surfaces: Surfaces, regions: Regions, parted: Mask, viewer: npt.NDArray[np.float64]) -> Regions:
     """Join the front of a hollow thing and what is seen of its inside over the rim, where the rim itself was lost.
 
-    Such surfaces border one another in the image, are alike in colour, and together are hardly longer than alone; they
-    are not parted (L + 1, L + 1).
+    Such surfaces border one another in the image, are alike in colour, and together are hardly longer than alone, or
+    one is plainly the inside of the other as a viewer (3,) sees it; they are not parted (L + 1, L + 1).
     """
     corners: dict[int, npt.NDArray[np.float32]] = {}
     fitting: list[tuple[float, int, int]] = []
@@ -179,11 +187,12 @@ def join_hollow(surfaces: Surfaces, regions: Regions, parted: Mask) -> Regions:
             fitting.append((-1.0, i, j))
             continue
         mine, theirs = medians(lab[facing]), medians(lab[faced])
-        if alike_colours(mine, theirs):
+        one = is_inside(clouds[0], clouds[1], viewer) or is_inside(clouds[1], clouds[0], viewer)
+        if not one and alike_colours(mine, theirs) and not (has_top(clouds[0]) and has_top(clouds[1])):
             hulls = [corners.setdefault(k, outline(cloud)) for k, cloud in zip((i, j), clouds, strict=True)]
-            compact = one_body(*hulls) or held_by(*clouds) or held_by(*clouds[::-1])
-            if compact and not (has_top(clouds[0]) and has_top(clouds[1])):
-                fitting.append((float(np.linalg.norm(mine - theirs)), i, j))
+            one = one_body(*hulls) or held_by(*clouds) or held_by(*clouds[::-1])
+        if one:
+            fitting.append((float(np.linalg.norm(mine - theirs)), i, j))
     groups = _Groups(parted)
     for _, i, j in sorted(fitting):
         groups.join(i, j)

@@ -51,8 +51,8 @@ def find_things(
     if hands is not None:
         pixels &= ~hand_pixels(surfaces, pixels, hands, (columns.start, rows.start))
     regions, origin = split_touching(surfaces, regions_of(connected(surfaces, pixels), _SPECK_PIXELS))
-    regions, parted = join_fragments(surfaces, regions, parted_labels(surfaces, regions, origin))
-    regions = join_hollow(surfaces, regions, parted)
+    regions, parted = join_fragments(surfaces, regions, parted_labels(surfaces, regions, origin, view.viewer))
+    regions = join_hollow(surfaces, regions, parted, view.viewer)
     taken = regions.labels > 0
     reach = Reach(apart.ravel(), *_MARGINS_M)
     masks = []
