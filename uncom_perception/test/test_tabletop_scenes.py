@@ -11,6 +11,7 @@ from perception_scenes import CAMERA, POSE, camera_pose, overlap, plain_table, t
 from uncom_perception.exceptions import InvalidImageError
 from uncom_perception.hands import point_in_image
 from uncom_perception.objects import detect_in_image, scene_to_json
+from uncom_perception.objects.detect import own_fits
 from uncom_perception.objects.tabletop import TabletopDetector
 
 KINDS = [
@@ -228,6 +229,19 @@ def test_the_json_holds_what_the_command_line_promises(pictures):
         assert scores
         assert len(data["table"]) >= 3
         assert set(data["detections"][0]) == {"label", "score", "box", "centroid_m", "size_m"}
+
+
+def test_scores_are_what_each_thing_is_by_itself(pictures):
+    """Whoever asks for what nobody knows gets a weak score for all, not a good one for being one of many."""
+    picture = pictures[0]
+    for phrase, least, most in (("unicorn", 0.1, 0.35), ("objects", 0.8, 1.0), ("bowl", 0.6, 1.0)):
+        scene = detect_in_image(picture.rgb, phrase, picture.depth, CAMERA, POSE)
+        assert least <= scene.detections[0].score <= most, phrase
+    fits = [0.7, 0.2, 0.05, 0.0]
+    none = float(np.prod(1.0 - np.array(fits)))
+    assert own_fits([f / sum(fits) * (1.0 - none) for f in fits], none) == pytest.approx(fits, abs=1e-6)
+    assert own_fits([0.0], 1.0) == [0.0]
+    assert own_fits([], 1.0) == []
 
 
 def test_images_that_do_not_fit_together_are_refused(detector):

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
+from collections.abc import Sequence
 from typing import Any
 
 import cv2
@@ -47,11 +49,9 @@ def detect_in_image(
     if is_table(phrase):
         found = [] if scene.table is None else [_table_detection(scene.table, image_rgb.shape)]
         return dataclasses.replace(scene, detections=tuple(found))
-    none = scene.phrase_none[0]
-    total = max(1.0 - none, 1e-9)
-    best = max((d.phrase_scores[0] for d in scene.detections), default=0.0)
-    fits = [(d, _fit(d.phrase_scores[0], best, none, total)) for d in scene.detections]
-    kept = sorted((pair for pair in fits if pair[1] >= _MIN_FIT), key=lambda pair: -pair[1])
+    fits = own_fits([d.phrase_scores[0] for d in scene.detections], scene.phrase_none[0])
+    pairs = zip(scene.detections, fits, strict=True)
+    kept = sorted((pair for pair in pairs if pair[1] >= _MIN_FIT), key=lambda pair: -pair[1])
     return dataclasses.replace(scene, detections=tuple(dataclasses.replace(d, score=fit) for d, fit in kept))
 
 
@@ -76,9 +76,24 @@ def scene_to_json(scene: Scene) -> dict[str, Any]:
     return {"detections": detections, "table": table, "backend": scene.backend}
 
 
-def _fit(share: float, best: float, none: float, total: float) -> float:
-    """Undo the sharing among alike things: the best one fits with all that is not "none"."""
-    return 0.0 if best <= 0.0 else float(share / best * total * (1.0 if none < 1.0 else 0.0))
+def own_fits(shares: Sequence[float], none: float) -> list[float]:
+    """Return how well a phrase fits each thing by itself, 0 to 1, from the probabilities that it means each or none.
+
+    The fits are in the ratio of the shares, and none of them holds with the probability that each fails by itself.
+    """
+    top = max(shares, default=0.0)
+    if top <= 0.0 or none >= 1.0:
+        return [0.0 for _ in shares]
+    ratios = [share / top for share in shares]
+    low, high = 0.0, 1.0 - 1e-12
+    goal = math.log(max(none, 1e-300))
+    for _ in range(60):
+        best = 0.5 * (low + high)
+        if sum(math.log1p(-best * ratio) for ratio in ratios) > goal:
+            low = best
+        else:
+            high = best
+    return [0.5 * (low + high) * ratio for ratio in ratios]
 
 
 def _table_detection(table: TableSurface, shape: tuple[int, ...]) -> Detection:
