@@ -6,7 +6,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from perception_scenes import CAMERA, POSE, overlap, plain_table
+from perception_scenes import CAMERA, POSE, camera_pose, overlap, plain_table
 from uncom_perception.objects.flying import without_flying
 from uncom_perception.objects.merging import borders, evidence, merged
 from uncom_perception.objects.patches import patches_of
@@ -72,6 +72,27 @@ def test_a_box_on_a_box_before_a_box_are_three(detector, seed, noise_m):
     assert len(scene.detections) == 3
     for truth in truths:
         assert max(overlap(d.mask, truth) for d in scene.detections) > 0.6
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.05, 0.15])
+@pytest.mark.parametrize("pitch", [0.95, 0.6])
+def test_a_wall_behind_the_table_is_no_thing_nor_part_of_one(detector, gap, pitch):
+    """A block of its colour before it is found whole."""
+    pose = camera_pose(pitch)
+    wall = (1.0 + gap, 0.0, 0.1, 3.0, 1.5, (200, 200, 195))
+    blocks = [wall, (0.9, 0.2, 0.08, 0.08, 0.2, (190, 190, 190)), (0.88, -0.2, 0.1, 0.1, 0.25, (30, 60, 200))]
+    rgb, depth = plain_table(blocks=blocks, pose=pose, noise_m=0.002, seed=9100)
+    scene = detector.detect(rgb, depth, CAMERA, pose, [])
+    assert len(scene.detections) == 2
+    for *_, colour in blocks[1:]:
+        assert max(overlap(d.mask, np.all(rgb == colour, axis=2)) for d in scene.detections) > 0.85
+
+
+def test_a_row_of_boxes_along_the_edge_stays(detector):
+    """It is as long as a wall, but low, or has table behind it."""
+    for x, height in ((0.9, 0.1), (0.75, 0.2)):
+        rgb, depth = plain_table(blocks=[(x, 0.0, 0.08, 0.8, height, (200, 30, 30))], noise_m=0.002, seed=9101)
+        assert len(detector.detect(rgb, depth, CAMERA, POSE, []).detections) == 1
 
 
 @pytest.mark.parametrize("width", [5, 9])

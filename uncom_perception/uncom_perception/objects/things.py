@@ -19,6 +19,7 @@ from uncom_perception.objects.splitting import split_touching
 from uncom_perception.objects.standing import Reach, is_thing
 from uncom_perception.objects.table import TopDown
 from uncom_perception.objects.viewpoint import TableView
+from uncom_perception.objects.walls import without_walls
 from uncom_perception.types import HandsFrame, Mask
 
 _PAD = 10
@@ -50,7 +51,9 @@ def find_things(
     surfaces = surfaces_of(view.cut(part), lab)
     if hands is not None:
         pixels &= ~hand_pixels(surfaces, pixels, hands, (columns.start, rows.start))
-    regions, origin = split_touching(surfaces, regions_of(connected(surfaces, pixels), _SPECK_PIXELS))
+    regions = regions_of(connected(surfaces, pixels), _SPECK_PIXELS)
+    pixels, regions = without_walls(surfaces, pixels, regions, view.outline, _SPECK_PIXELS)
+    regions, origin = split_touching(surfaces, regions)
     regions, parted = join_fragments(surfaces, regions, parted_labels(surfaces, regions, origin, view.viewer))
     regions = join_hollow(surfaces, regions, parted, view.viewer)
     taken = regions.labels > 0
