@@ -210,6 +210,18 @@ def test_a_colour_between_two_names_is_called_as_is_usual_for_such_a_thing(match
     assert first(BOWL, between) == "white"
 
 
+def test_a_mug_is_a_cup_where_there_is_no_other(matcher):
+    """Beside a cup "the cup" is the cup; a bowl is none in either case."""
+    mug = Shape(0.12, 0.085, 0.095, 1.4, 0.8, 0.85, 0.8, 1.0, 0.9, 0.035, 0.05, 0.2, 1.0, 1.0)
+    cup = replace(mug, length=0.08, width=0.08, elongation=1.0, flatness=1.2, handle=0.0, taper=1.25)
+    one, other, bowl = (matcher.describe(s, {"red": 1.0}, 0.1) for s in (mug, cup, BOWL))
+    alone, none = matcher.match("the red cup", [bowl, one])
+    assert alone.argmax() == 1
+    assert none < 0.8
+    both, _ = matcher.match("the red cup", [one, other])
+    assert both[1] > 5.0 * both[0]
+
+
 def test_a_cereal_box_is_a_box_where_there_is_no_other(matcher):
     """Beside a plain box "the box" is the plain one."""
     tall = Shape(0.19, 0.06, 0.28, 3.0, 1.45, 0.4, 0.95, 0.0, 0.0, 0.0, 0.0, 0.9, 1.0, 1.0)

@@ -48,7 +48,7 @@ _MIN_MASS = 0.15
 
 @dataclass(frozen=True, slots=True)
 class Noun:
-    """What one word for a thing means."""
+    """What one word for a thing means; loosely it is used for other nouns, too, where nothing is plainly called so."""
 
     name: str
     aliases: tuple[str, ...] = ()
@@ -56,6 +56,7 @@ class Noun:
     colours: Mapping[str, float] = field(default_factory=dict)
     shape: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     own: bool = False  # described by the user
+    loosely: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +180,7 @@ def _mapping(value: Any, name: str, key: object, known: set[str]) -> dict[str, A
 
 
 def _noun(key: str, value: Any, name: str) -> Noun:
-    entry = _mapping(value, name, key, {"aliases", "is_a", "colours", "shape"})
+    entry = _mapping(value, name, key, {"aliases", "is_a", "loosely", "colours", "shape"})
     colours = _mapping(entry.get("colours"), name, f"{key}.colours", set(COLOUR_NAMES))
     shape = _mapping(entry.get("shape"), name, f"{key}.shape", {f.name for f in fields(Shape)})
     try:
@@ -189,7 +190,8 @@ def _noun(key: str, value: Any, name: str) -> Noun:
         raise InvalidLexiconError(f"lexicon {name}: {key!r} needs ranges [low, high] and colour weights") from error
     if any(low > high for low, high in ranges.values()):
         raise InvalidLexiconError(f"lexicon {name}: {key!r} has a range whose low end is above its high end")
-    return Noun(key, tuple(entry.get("aliases") or ()), tuple(entry.get("is_a") or ()), weights, ranges)
+    names = {k: tuple(str(word) for word in entry.get(k) or ()) for k in ("aliases", "is_a", "loosely")}
+    return Noun(key, colours=weights, shape=ranges, **names)
 
 
 def _softness(name: str, bound: float) -> float:

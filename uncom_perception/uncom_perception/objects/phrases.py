@@ -34,7 +34,7 @@ _IRREGULAR = {"smallest": "small", "littlest": "little", "tiniest": "tiny"}
 _SURE_DESCRIPTION = 0.6
 _TRUST_DESCRIPTION = 0.9
 _TRUST_KIND = 0.4
-_HARDLY_ANY = 0.12
+_PLAIN = 0.25  # how well something fits that is plainly called so: then words are not taken loosely
 _UNKNOWN_FIT = 0.3  # for a noun that the lexicon does not know: weak, the same for all
 
 
@@ -141,9 +141,10 @@ class PhraseMatcher:
         phrase = self.parse(text)
         fit = np.array([self._noun_fit(phrase, thing) * thing.certainty for thing in things])
         fit *= self._adjective_fits(phrase, things)
-        if fit.max(initial=0.0) < _HARDLY_ANY:  # nothing is plainly called so: a cereal box is a box, too
+        loose = 1.0 - fit.max(initial=0.0) / _PLAIN
+        if loose > 0.0:  # nothing is plainly called so: a cereal box is a box, too, and a mug a cup
             kinds = np.array([self._kind_fit(phrase, thing) * thing.certainty for thing in things])
-            fit = np.maximum(fit, kinds * self._adjective_fits(phrase, things))
+            fit = np.maximum(fit, loose * kinds * self._adjective_fits(phrase, things))
         for measure, sign, strength in phrase.ranks:
             fit = _ranked(fit, things, measure, sign, strength)
         return fit
@@ -179,8 +180,9 @@ class PhraseMatcher:
         return max(relative, described)
 
     def _kinds(self, noun: Noun) -> list[int]:
-        """Return the nouns that are kinds of another by their names, as a cereal box is of a box."""
-        return [i for i, name in enumerate(self._likelihoods.names) if name.endswith(f" {noun.name}")]
+        """Return the nouns that are kinds of another by their names, as a cereal box is of a box, or loosely."""
+        names = enumerate(self._likelihoods.names)
+        return [i for i, name in names if name.endswith(f" {noun.name}") or name in noun.loosely]
 
     def _kind_fit(self, phrase: Phrase, thing: Thing) -> float:
         """Return how well a thing fits some kind of what a phrase names."""
