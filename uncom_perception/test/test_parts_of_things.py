@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from uncom_perception.objects.body import clean_points
+from uncom_perception.objects.fitting import is_neck
 from uncom_perception.objects.inside import is_inside
 
 VIEWER = np.array([0.0, 0.0, 0.6])
@@ -47,6 +48,18 @@ def test_what_stands_behind_a_can_is_not_its_inside():
     assert not is_inside(front(behind, 0.07, 0.1), outside, VIEWER)
     assert not is_inside(wall(AHEAD * 1.3, 0.04, 0.1, near=False, low=0.06), outside, VIEWER)
     assert not is_inside(wall(AHEAD, 0.04, 0.16, near=False, low=0.12), outside, VIEWER)
+
+
+def test_the_top_of_a_bottle_is_its_neck_and_a_ball_on_a_can_is_not():
+    """A body that narrows has no top of its own; what stands on a can does not hide all of the can's."""
+    body = wall(AHEAD, 0.03, 0.15, near=True)
+    top = wall(AHEAD, 0.018, 0.19, near=True, low=0.152, count=400)
+    assert is_neck(top, body)
+    assert not is_neck(body, top)
+    rng = np.random.default_rng(9105)
+    lid = np.column_stack([AHEAD + rng.uniform(-0.025, 0.025, (900, 2)), np.full(900, 0.15)])
+    assert not is_neck(top, np.concatenate([body, lid]).astype(np.float32))
+    assert not is_neck(wall(AHEAD + 0.08, 0.018, 0.19, near=True, low=0.152, count=400), body)
 
 
 @pytest.mark.parametrize("kind", ["trail", "strays"])

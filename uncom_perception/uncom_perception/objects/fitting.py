@@ -22,6 +22,7 @@ _FLOOR_M, _BESIDE_SHARE = 0.02, 0.25
 _LEAST_HANDLE_M = 0.025  # a shorter one is no reason to look twice
 _HIGHEST_HANDLE_M = 0.12
 RIM_M = 0.025  # inside and outside of a hollow thing end at one rim
+_TALL_M, _SHOULDER_M, _NECK_M, _NECK_SHARE = 0.1, 0.01, 0.075, 0.5  # of bottles
 _TOP_M = 0.012
 _TOP_WIDTH_M = 0.028
 
@@ -49,6 +50,21 @@ def is_handle(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32], *,
         return False
     gap = -cv2.pointPolygonTest(hull, (float(middle[0]), float(middle[1])), True)
     return bool(0.0 < gap < 0.5 * length + 0.03)
+
+
+def is_neck(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32]) -> bool:
+    """Whether points (N, 3) are the narrow top of a tall thing of their colour, which others (M, 3) are the body of.
+
+    The body of a bottle ends in no top of its own, as a can does that something stands on.
+    """
+    low, high = quantile(mine[:, 2], 5), quantile(mine[:, 2], 98)
+    body = quantile(theirs[:, 2], 98)
+    if body < _TALL_M or low < body - _SHOULDER_M or high - low > _NECK_SHARE * body:
+        return False
+    length = max(cv2.minAreaRect(cv2.convexHull(np.ascontiguousarray(mine[:, :2])))[1])
+    if length > _NECK_M or has_top(theirs):
+        return False
+    return _share_within(mine, theirs) > _WITHIN_ALIKE
 
 
 def is_floor(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32], *, alike: bool = False) -> bool:

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from uncom_perception.objects.fitting import is_floor, is_handle
+from uncom_perception.objects.fitting import is_floor, is_handle, is_neck
 from uncom_perception.objects.joining import alike_colours
 from uncom_perception.objects.merging import borders, evidence, merged, with_bridges
 from uncom_perception.objects.numbers import medians, quantile
@@ -242,9 +242,11 @@ def _cross(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> npt.NDArra
 
 
 def _is_fitting(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32], *, alike: bool) -> bool:
-    """Whether a patch is a small top of another (cap, lid, stem) or a thin part held in the air by it (handle)."""
+    """Whether a patch is a small top of another (cap, lid, stem), its neck, or a thin part held in the air by it (handle)."""
     length = max(cv2.minAreaRect(cv2.convexHull(np.ascontiguousarray(mine[:, :2])))[1])
     low = quantile(mine[:, 2], 5)
     if low > quantile(theirs[:, 2], 80) and length < _SMALL_TOP_M:
+        return True
+    if alike and is_neck(mine, theirs):
         return True
     return is_handle(mine, theirs, alike=alike) or is_floor(mine, theirs, alike=alike)
