@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from perception_scenes import CAMERA, POSE, camera_pose, overlap, plain_table
 from uncom_perception.objects import detect_in_image
+from uncom_perception.objects.pinholes import without_pinholes
 from uncom_perception.objects.tabletop import TabletopDetector
 
 BLOCKS = [
@@ -91,6 +92,39 @@ def test_of_table_and_floor_the_table_is_taken_without_a_camera_pose(seed):
     camera_height = abs(float(scene.table.normal @ scene.table.polygon[0]))
     assert camera_height == pytest.approx(1.5 - 0.72, abs=0.02)
     assert len(scene.detections) == 3
+
+
+@pytest.mark.parametrize("roll", [-90, -30, 30, 90, 180])
+def test_a_camera_held_any_way_up_sees_the_same(roll):
+    """Where its pose is not known, the table is below what stands on it on the camera's side."""
+    turn = np.eye(4)
+    c, s = np.cos(np.radians(roll)), np.sin(np.radians(roll))
+    turn[:2, :2] = [[c, -s], [s, c]]
+    pose = camera_pose(0.95) @ turn
+    pose[:3, 3] = (0.3, 0.0, 1.35)
+    rgb, depth = plain_table(blocks=BLOCKS, pose=pose, seed=9100)
+    scene = detect_in_image(rgb, "objects", depth, CAMERA)
+    assert len(scene.detections) == 3
+    up = pose[:3, :3] @ scene.table.normal
+    assert up == pytest.approx([0.0, 0.0, 1.0], abs=0.02)
+    heights = sorted(float(d.geometry.size[2]) for d in scene.detections)
+    assert heights == pytest.approx([0.05, 0.06, 0.1], abs=0.01)
+
+
+@pytest.mark.parametrize("share", [0.15, 0.3, 0.6])
+def test_pixels_that_are_lost_all_over_the_picture_do_no_harm(detector, share):
+    """What is about them tells what they are; a wide shadow stays unknown."""
+    rgb, depth = plain_table(blocks=BLOCKS)
+    lost = np.random.default_rng(9101).random(depth.shape) < share
+    scene = detector.detect(rgb, np.where(lost, np.float32(np.nan), depth), CAMERA, POSE, [])
+    assert len(scene.detections) == 3
+    for *_, colour in BLOCKS:
+        assert max(overlap(d.mask, np.all(rgb == colour, axis=2)) for d in scene.detections) > 0.8
+    depth[100:200, 300:400] = np.nan
+    assert without_pinholes(depth) is depth
+    filled = without_pinholes(np.where(lost, np.float32(np.nan), depth))
+    assert np.isnan(filled[110:190, 310:390]).all()
+    assert np.isfinite(filled).mean() > 0.9
 
 
 def test_a_word_of_the_users_own_file_works_from_the_command_line_function(tmp_path):

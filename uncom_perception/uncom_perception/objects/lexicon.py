@@ -190,8 +190,8 @@ def _noun(key: str, value: Any, name: str) -> Noun:
         raise InvalidLexiconError(f"lexicon {name}: {key!r} needs ranges [low, high] and colour weights") from error
     if any(low > high for low, high in ranges.values()):
         raise InvalidLexiconError(f"lexicon {name}: {key!r} has a range whose low end is above its high end")
-    names = {k: tuple(str(word) for word in entry.get(k) or ()) for k in ("aliases", "is_a", "loosely")}
-    return Noun(key, colours=weights, shape=ranges, **names)
+    aliases, is_a, loosely = (tuple(str(word) for word in entry.get(k) or ()) for k in ("aliases", "is_a", "loosely"))
+    return Noun(key, aliases, is_a, weights, ranges, loosely=loosely)
 
 
 def _softness(name: str, bound: float) -> float:

@@ -112,7 +112,7 @@ def find_table_plane(flat: FloatArray, up: FloatArray, *, gravity_known: bool, s
             break
         inlier = np.abs(flat @ plane.normal - plane.offset) < _INLIER_M
         # Level planes are likelier tables; of two, the one nearer to the camera (higher) is the table, not the floor.
-        score = inlier.sum() * (0.3 + float(plane.normal @ up))
+        score = inlier.sum() * (0.3 + abs(float(plane.normal @ up)))
         if inlier.sum() >= _MIN_SHARE * total and (best is None or _likelier(plane, score, best, best_score)):
             best, best_score = plane, score
         if gravity_known and inlier.sum() > 0.5 * total:
@@ -153,18 +153,19 @@ def _fit_once(flat: FloatArray, up: FloatArray, *, gravity_known: bool, rng: np.
         )
     if not model or inliers is None or inliers.sum() < 30:
         return None
-    return _refined(flat[:: max(1, len(flat) // _REFINING)], model.params, up)
+    normal, offset = model.params
+    # In the camera's own frame the camera is at the origin, and sees the table from above whichever way up it is held.
+    if normal @ up < 0.0 if gravity_known else offset > 0.0:
+        normal, offset = -normal, -offset
+    return _refined(flat[:: max(1, len(flat) // _REFINING)], normal, offset)
 
 
-def _refined(flat: FloatArray, params: tuple[FloatArray, float], up: FloatArray) -> Plane:
+def _refined(flat: FloatArray, normal: FloatArray, offset: float) -> Plane:
     """Fit the plane to what lies on it, not to the floors of plates and pans a few millimetres above it.
 
     Things only ever add points above the table, so the table is the lowest dense layer: its level is the mode of the
     heights, its noise the spread below the mode.
     """
-    normal, offset = params
-    if normal @ up < 0.0:
-        normal, offset = -normal, -offset
     reach, sigma = _INLIER_M, _INLIER_M
     for _ in range(4):
         height = flat @ normal - offset
@@ -176,7 +177,7 @@ def _refined(flat: FloatArray, params: tuple[FloatArray, float], up: FloatArray)
         center = near.mean(axis=0)
         before = normal, offset
         _, vectors = np.linalg.eigh((near - center).T @ (near - center))
-        normal = vectors[:, 0] if vectors[:, 0] @ up > 0.0 else -vectors[:, 0]
+        normal = vectors[:, 0] if vectors[:, 0] @ normal > 0.0 else -vectors[:, 0]
         offset = float(normal @ center)
         if np.abs(normal - before[0]).max() < _SETTLED_RAD and abs(offset - before[1]) < _SETTLED_RAD:
             break

@@ -242,7 +242,7 @@ def _cross(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> npt.NDArra
 
 
 def _is_fitting(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32], *, alike: bool) -> bool:
-    """Whether a patch is a small top of another (cap, lid, stem), its neck, or a thin part held in the air by it (handle)."""
+    """Whether a patch is a small top of another (cap, lid, stem), its neck, or a thin part that it holds (handle)."""
     length = max(cv2.minAreaRect(cv2.convexHull(np.ascontiguousarray(mine[:, :2])))[1])
     low = quantile(mine[:, 2], 5)
     if low > quantile(theirs[:, 2], 80) and length < _SMALL_TOP_M:

@@ -16,6 +16,7 @@ from uncom_perception.objects.detector import DepthImage, FloatArray
 from uncom_perception.objects.flying import without_flying
 from uncom_perception.objects.level import bow
 from uncom_perception.objects.numbers import quantile
+from uncom_perception.objects.pinholes import without_pinholes
 from uncom_perception.objects.plane import find_table_plane
 from uncom_perception.objects.table import Ground, PointImage, TopDown, find_table, ground_frame, table_pixels
 from uncom_perception.types import Mask, TableSurface
@@ -68,7 +69,7 @@ def view_table(depth: DepthImage, camera: PinholeCamera, camera_in_base: FloatAr
     """
     known = camera_in_base is not None
     pose = camera_in_base if camera_in_base is not None else np.eye(4)
-    depth = without_flying(np.where(depth > 0.0, depth, np.float32(np.nan)), camera.fx)
+    depth = without_flying(without_pinholes(np.where(depth > 0.0, depth, np.float32(np.nan))), camera.fx)
     up = np.array([0.0, 0.0, 1.0]) if known else np.array([0.0, -0.8, -0.6])
     plane = find_table_plane(_sparse_points(depth, camera, pose), up, gravity_known=known)
     ground = ground_frame(plane, gravity_known=known)
