@@ -9,29 +9,29 @@ way of fingers or palm rule it out.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from uncom_tiago_exec.grasp_quality import Between, Hand, quality_of
 from uncom_tiago_exec.robot_model import GripperShape
-from uncom_tiago_exec.shapes import VOXEL, ObjectShape, thin
+from uncom_tiago_exec.shapes import ObjectShape, thin
 from uncom_tiago_exec.types import FloatArray
 
 PITCHES = (90.0, 75.0, 60.0, 48.0, 36.0)
 TIP_CLEARANCE = 0.004  # [m] between finger tips and table
 SIDE_CLEARANCE = 0.004  # [m] between an open finger and what it passes
 LOW_RIM = 0.028  # [m] a border lower than this leaves the fingers too little to hold the weight beside them
-_SHEET = 11.0  # [kg/m^2] of the surface of dishes: 4 to 5 mm of ceramic, 1.5 mm of steel
-_PRESS = 10.0  # [N] of one pad, for sure
 _ROOMS = (0.05, 0.04, 0.03, 0.022)  # [m] for the fingers beside what they take
-_UNSURE = 0.003  # [m] of a width as it is seen
 _UPRIGHT = 0.15  # [rad] of a wall that slopes less than this
 _LEAN = 0.7  # [rad] of a hand at most
 _ALONG = (90.0, 75.0)  # pitches of hands that lean along a wall
 _FEW = 20  # points that tell no slope
 _HALF_OPEN = 0.035  # [m] from the middle to the outside of fingers that are opened a little
-_PATCH = 0.004  # [m] points this near to the outermost count as touched
+_PAST, _DEEPER = 0.008, 0.05  # [m] that tips go beyond the widest place between the pads, and beyond its middle at most
+_NEARLY = 0.97  # of the greatest width
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,18 +55,8 @@ class Grasp:
         return self.pose[:3, 0]
 
 
-@dataclass(frozen=True, slots=True)
-class _Hand:
-    """A hand's axes: approach, closing, lateral, each (3,), and pitch below the horizontal [rad]."""
-
-    approach: FloatArray
-    closing: FloatArray
-    lateral: FloatArray
-    pitch: float
-
-
 def grasp_candidates(shape: ObjectShape, others: FloatArray, gripper: GripperShape, count: int = 120) -> list[Grasp]:
-    """Return up to `count` grasps, best first; fingers keep off the neighbours' points, others (N, 3)."""
+    """Return up to `count` grasps of each family, best first; fingers keep off others (N, 3), the neighbours."""
     near = others
     if len(others):
         reach = 0.5 * float(np.linalg.norm(shape.size)) + 0.2
@@ -77,20 +67,25 @@ def grasp_candidates(shape: ObjectShape, others: FloatArray, gripper: GripperSha
         if grasp is not None:
             found.append(grasp)
     found.sort(key=lambda g: -g.quality)
-    return found[:count]
+    kept, taken = [], Counter[str]()
+    for grasp in found:  # of each family: what is to be poured is of no use in a hand over its edge
+        taken[grasp.family] += 1
+        if taken[grasp.family] <= count:
+            kept.append(grasp)
+    return kept
 
 
-def _hand(pitch_deg: float, yaw: float, lean: float = 0.0) -> _Hand:
+def _hand(pitch_deg: float, yaw: float, lean: float = 0.0) -> Hand:
     """Return a hand; leaning [rad] it comes in against its closing direction, which then points down."""
     pitch = np.radians(pitch_deg)
     approach = np.array([np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), -np.sin(pitch)])
     closing = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
     cos, sin = np.cos(lean), np.sin(lean)
     approach, closing = cos * approach - sin * closing, cos * closing + sin * approach
-    return _Hand(approach, closing, np.cross(approach, closing), float(pitch))
+    return Hand(approach, closing, np.cross(approach, closing), float(pitch))
 
 
-def _proposals(shape: ObjectShape) -> Iterator[tuple[_Hand, FloatArray, str]]:
+def _proposals(shape: ObjectShape) -> Iterator[tuple[Hand, FloatArray, str]]:
     """Yield hands and the points between their pads."""
     yaws = list(np.radians(np.arange(-180.0, 180.0, 22.5)))
     slope = _slope(shape)
@@ -137,7 +132,7 @@ def _places(shape: ObjectShape) -> Iterator[FloatArray]:
 
 
 def _fit(
-    shape: ObjectShape, others: FloatArray, gripper: GripperShape, hand: _Hand, place: FloatArray, family: str
+    shape: ObjectShape, others: FloatArray, gripper: GripperShape, hand: Hand, place: FloatArray, family: str
 ) -> Grasp | None:
     """Place the hand at a point as deep as it can go, and judge it; None if something is in the way."""
     frame = np.column_stack([hand.approach, hand.closing, hand.lateral])
@@ -163,10 +158,7 @@ def _fit(
             break
     else:
         return None
-    quality = _quality(shape, span, gripper, hand, place, (low, high), tip)
-    quality *= float(np.clip((opening - width - _UNSURE) / 0.015, 0.4, 1.0))  # fingers that just pass touch its edge
-    if family == "rim":
-        quality *= 0.85 * float(np.sin(hand.pitch)) ** 1.5 * _seen(shape, place) * _bears(shape, place, tip)
+    quality = quality_of(shape, Between(span, tip, gripper.half_width, opening - width), hand, place, family)
     position = place + hand.closing * middle + hand.approach * (tip - gripper.tip)
     pose = np.eye(4)
     pose[:3, :3] = frame
@@ -175,24 +167,6 @@ def _fit(
     first = float(local[outside, 0].min())
     retreat = float(np.clip(tip - first + 0.03, 0.07, 0.14))
     return Grasp(pose, width, opening, retreat, quality, family)
-
-
-def _seen(shape: ObjectShape, place: FloatArray) -> float:
-    """Return less than 1 for an edge on the far side, whose outside (a handle, perhaps) the camera does not see."""
-    view = shape.middle[:2] / max(float(np.linalg.norm(shape.middle[:2])), 1e-6)
-    outward = place[:2] - shape.middle[:2]
-    return float(1.0 - 0.4 * max(0.0, float(outward @ view) / max(float(np.linalg.norm(outward)), 1e-6)))
-
-
-def _bears(shape: ObjectShape, place: FloatArray, depth: float) -> float:
-    """Return less than 1 where the weight beside the fingers would turn the thing out of them.
-
-    It is held level by one pad pressing at the edge and the other `depth` [m] below.
-    """
-    middle = shape.points.mean(axis=0)
-    weight = _SHEET * 9.81 * len(shape.points) * VOXEL**2
-    moment = weight * float(np.linalg.norm(place[:2] - middle[:2]))
-    return min(1.0, _PRESS * max(depth, 0.0) / max(moment, 1e-6)) ** 2
 
 
 def _opening(
@@ -213,10 +187,10 @@ def _opening(
 
 
 def _tip_depth(
-    shape: ObjectShape, gripper: GripperShape, hand: _Hand, place: FloatArray, local: FloatArray, family: str
+    shape: ObjectShape, gripper: GripperShape, hand: Hand, place: FloatArray, local: FloatArray, family: str
 ) -> float | None:
     """Return how far beyond `place` the finger tips go along the approach, or None if they cannot."""
-    wanted = 0.028 if family == "rim" else 0.022
+    wanted = 0.028 if family == "rim" else max(0.022, min(_widest(local, gripper) + _PAST, _DEEPER))
     in_palm = (np.abs(local[:, 2]) <= gripper.body[1]) & (np.abs(local[:, 1]) <= gripper.body[0])
     if family == "across" and shape.rim is not None and in_palm.any():
         wanted = 0.03
@@ -232,6 +206,16 @@ def _tip_depth(
     # a pad is 5 cm wide: when it comes in obliquely its lower half still holds what lies below the middle of its tip
     least = -min(0.25 * shape.height, 0.6 * gripper.half_width * float(np.cos(hand.pitch)) + 0.003)
     return wanted if wanted >= least else None
+
+
+def _widest(local: FloatArray, gripper: GripperShape) -> float:
+    """Return how far along the approach pads would have to go to hold points (N, 3) where they are widest."""
+    between = local[(np.abs(local[:, 2]) <= gripper.half_width) & (local[:, 0] <= _DEEPER)]
+    if not len(between):
+        return 0.0
+    between = between[np.argsort(between[:, 0])]
+    widths = np.maximum.accumulate(between[:, 1]) - np.minimum.accumulate(between[:, 1])
+    return float(between[int(np.searchsorted(widths, _NEARLY * widths[-1])), 0])
 
 
 def _blocked(
@@ -253,35 +237,3 @@ def _blocked(
         if (palm & (offset < gripper.body[0] + slack)).any():
             return True
     return False
-
-
-def _quality(
-    shape: ObjectShape,
-    span: FloatArray,
-    gripper: GripperShape,
-    hand: _Hand,
-    place: FloatArray,
-    edges: tuple[float, float],
-    tip: float,
-) -> float:
-    """Judge a grasp from 0 to 1 by its contact patches, width, depth, leverage of the weight and approach."""
-    low, high = edges
-    left, right = span[span[:, 1] < low + _PATCH], span[span[:, 1] > high - _PATCH]
-    # both pads should meet at one place of the fingers, else they turn the thing
-    slant = np.linalg.norm(left[:, [0, 2]].mean(axis=0) - right[:, [0, 2]].mean(axis=0))
-    facing = float(np.exp(-((slant / max(high - low, 0.012)) ** 2) * 2.0))
-    patch = min(float(np.ptp(left[:, 2])), float(np.ptp(right[:, 2]))) + 0.5 * min(
-        float(np.ptp(left[:, 0])), float(np.ptp(right[:, 0]))
-    )
-    contact = min(1.0, 0.3 + patch / 0.03)
-    depth = min(1.0, 0.4 + max(0.0, tip - float(span[:, 0].min())) / 0.025)
-    width = 1.0 if high - low < 0.06 else max(0.3, 1.0 - (high - low - 0.06) / 0.035)
-    # distance of the weight's middle from the line between the pads
-    middle = shape.middle
-    arm = np.array([place[0] - middle[0], place[1] - middle[1]])
-    across = float(np.linalg.norm(arm - (arm @ hand.closing[:2]) * hand.closing[:2]))
-    leverage = float(np.exp(-across / 0.08) * np.exp(-float(np.linalg.norm(arm)) / 0.4))
-    approach = 0.8 + 0.2 * np.sin(hand.pitch)
-    higher = float(place[2] - middle[2])  # held a little above its middle it does not tip, far above it swings
-    above = float(np.clip(1.0 + higher / 0.25, 0.7, 1.05)) / (1.0 + 4.0 * max(0.0, higher - 0.04))
-    return float(facing * contact * depth * width * leverage * approach * above * (0.5 + 0.5 * gripper.open / 0.09))

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 from uncom_perception.types import Detection
 
 from uncom_tiago_exec.circles import Circle, fit_rim, fit_round
@@ -19,6 +20,9 @@ from uncom_tiago_exec.types import FloatArray
 
 VOXEL = 0.004  # [m]
 _AROUND = np.ones((3, 3), dtype=np.uint8)
+_UNEVEN, _BULGE = 0.002, 0.006  # [m] beyond the radius of its footprint: of anything round, and of bellies
+_SECTORS, _LEVEL = 24, 0.012  # directions, and heights [m], in which a belly is told from a handle:
+_BELLY = 5  # it is seen in so many directions at least
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +141,7 @@ def _revolve(visible: FloatArray, axis: Circle, solid: bool, table_z: float) -> 
     """Turn the visible profile about the axis; parts beyond the radius (handles) stay as seen."""
     offset = visible[:, :2] - axis.centre
     radius = np.linalg.norm(offset, axis=1)
-    body = radius <= axis.radius + 0.006
+    body = (radius <= axis.radius + _UNEVEN) | _bulging(offset, radius, visible[:, 2], axis.radius)
     profile = thin(np.column_stack([radius[body], np.zeros(body.sum()), visible[body, 2]]), VOXEL)
     if solid and len(profile):  # the underside cannot be seen: straight down from the widest place
         widest = float(profile[:, 0].max())
@@ -149,6 +153,19 @@ def _revolve(visible: FloatArray, axis: Circle, solid: bool, table_z: float) -> 
     turned = (axis.centre + profile[:, None, :1] * ring[None]).reshape(-1, 2)
     heights = np.repeat(profile[:, 2], len(angles))
     return np.vstack([thin(np.column_stack([turned, heights]), VOXEL), visible[~body]])
+
+
+def _bulging(offset: FloatArray, radius: FloatArray, heights: FloatArray, usual: float) -> npt.NDArray[np.bool_]:
+    """Tell which points (N,) lie a little beyond the usual radius [m], if so in many directions at their height.
+
+    A belly does; the root of a handle does in few directions, and must not widen the whole thing when it is turned.
+    """
+    beyond = (radius > usual + _UNEVEN) & (radius <= usual + _BULGE)
+    sector = np.floor((np.arctan2(offset[:, 1], offset[:, 0]) / (2.0 * np.pi) + 0.5) * _SECTORS) % _SECTORS
+    level = np.floor((heights - heights.min()) / _LEVEL).astype(np.intp)
+    cells = np.unique(level[beyond] * _SECTORS + sector[beyond].astype(np.intp))
+    directions = np.bincount(cells // _SECTORS, minlength=int(level.max()) + 1)
+    return np.asarray(beyond & (directions >= _BELLY)[level])
 
 
 def _fill(visible: FloatArray, table_z: float) -> FloatArray:
