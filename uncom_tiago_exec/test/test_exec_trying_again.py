@@ -53,6 +53,20 @@ def test_a_held_thing_is_carried_upright():
         assert carried
         leans = [lean(arm, plan.grasp, q) for s in carried for q in s.trajectory.positions]
         assert max(leans) < np.radians(55.0)
+        heights = [arm.group.forward(q)[2, 3] for s in carried for q in s.trajectory.positions]
+        assert min(heights) > plan.scene.table_z
+
+
+def test_the_hand_does_not_dive_beside_the_table_with_what_it_carries():
+    rng = np.random.default_rng(0)
+    task = make_task([detection("can", cylinder_cloud(0.6, 0.1, 0.033, 0.12, rng))], "pick")
+    plan = PickPlacePlanner(robot(), CONFIG).plan(task, start_positions())
+    arm = ArmPlanner(robot(), plan.side, start_positions(), plan.scene, CONFIG)
+    free = arm.carrying(plan.grasp, frozenset())
+    here = next(s.trajectory.positions[-1] for s in plan.steps if s.stage == Stage.LIFTING)
+    height = float(arm.group.forward(here)[2, 3])
+    for floor, is_kept in ((height - 0.01, True), (height + 0.01, False)):
+        assert UprightChecker(free, plan.grasp, np.pi, floor).is_free(here) == is_kept
 
 
 def test_the_limit_of_leaning_holds_for_states_and_for_ways_between_them():

@@ -27,11 +27,12 @@ _TIME_S = 0.25  # for each limit
 
 
 class UprightChecker(CollisionChecker):
-    """Another checker's pairs and margins; the thing in the hand may not lean more than a limit [rad] either."""
+    """Another checker's pairs and margins; the thing may not lean more than a limit either, nor the hand dive."""
 
-    def __init__(self, checker: CollisionChecker, grasp: Grasp, limit: float) -> None:
-        """Share everything with the checker; nothing is built anew."""
+    def __init__(self, checker: CollisionChecker, grasp: Grasp, limit: float, floor: float = -np.inf) -> None:
+        """Share everything with the checker; limit [rad] of leaning, floor [m] under which the hand may not go."""
         vars(self).update(vars(checker))
+        self._floor = floor
         self._up = grasp.pose[2, :3].copy()  # the vertical in the frame of the hand as it took the thing
         self._least = float(np.cos(limit))
 
@@ -53,7 +54,8 @@ class UprightChecker(CollisionChecker):
         return upright and super().way_is_free(start, end, step)
 
     def _is_upright(self, q: FloatArray) -> bool:
-        return float(self.group.forward(q)[2, :3] @ self._up) >= self._least
+        row = self.group.forward(q)[2]
+        return float(row[:3] @ self._up) >= self._least and float(row[3]) >= self._floor
 
 
 def lean(arm: ArmPlanner, grasp: Grasp, q: FloatArray) -> float:
@@ -82,15 +84,19 @@ def straight_over(
 def carried(arm: ArmPlanner, grasp: Grasp, start: FloatArray, goal: FloatArray, *, strict: bool = False) -> FloatArray:
     """Return a free way (N, 8) with the thing in the hand from start to goal, both (8,), the more upright the better.
 
+    The hand does not go around beside the table lower than its top, unless it begins or ends there.
+
     Raises:
         PlanningError, InCollisionError: there is no way, however it leans; strict, none on which it leans little.
     """
     checker = arm.carrying(grasp, frozenset())
     least = max(lean(arm, grasp, start), lean(arm, grasp, goal)) + _MORE
+    floor = min(arm.scene.table_z, *(float(arm.group.forward(q)[2, 3]) for q in (start, goal)))
     options = PlannerOptions(time_s=min(_TIME_S, arm.config.planning_time_s / 2.0))
     for limit in _LEANS:
+        upright = UprightChecker(checker, grasp, max(limit, least), floor)
         try:
-            return JointPlanner(UprightChecker(checker, grasp, max(limit, least)), options).plan(start, [goal])
+            return JointPlanner(upright, options).plan(start, [goal])
         except PlanningError:
             _LOG.debug("no way on which it leans less than %.0f degrees", np.degrees(limit))
     if strict:

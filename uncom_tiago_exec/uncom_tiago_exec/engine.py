@@ -181,7 +181,7 @@ class Engine:
         self._under_way = None
         try:
             plan = self._plan(task, [], 0)
-            surer = self._nearer.surer(task, plan) if task.primitive in PLACING else None
+            surer = self._nearer.surer(task, plan)
             return self._from_nearer(task, *surer) if surer is not None else self._from_here(task, plan)
         except _OTHERWISE as refusal:
             if self._hand.in_hand:

@@ -48,6 +48,7 @@ from uncom_tiago_exec.types import SIDES, FloatArray, ManipulationTask, Side, St
 _LOG = logging.getLogger(__name__)
 _ENOUGH = 3  # grasps that work, to choose the quickest of
 _LIFTS: tuple[float, ...] = (0.12, 0.08, 0.05)
+_WINDING = 1.9  # times the least that its motions could take, beyond which another grasp is looked at
 _STEEP, _STEEPEST = -0.8, -0.9  # least z of an approach direction for pouring, and where there is no other
 _CLEAR: tuple[float, ...] = (0.12, 0.1, 0.08)  # of what is only to be held
 _HIGHER = (2.5, 2.1, 1.7)  # radii of wide dishes that are to be held: they hang down from their edge
@@ -251,19 +252,25 @@ class PickPlacePlanner:
         raise failure
 
     def _connect(self, reaches: Sequence[Reach], scene: SceneModel, task: ManipulationTask) -> Plan:
-        """Plan the free motions between the straight parts of the best reach, or of the next one."""
+        """Plan the free motions between the straight parts of the best reach, or of another if those wind."""
         error: ExecutionError = PlanningError("no grasp was found")
-        for reach, strict in ((reach, strict) for strict in (True, False) for reach in reaches):
-            try:
-                return Plan(
-                    reach.arm.side,
-                    self._steps(reach, task, strict=strict),
-                    scene,
-                    reach.grasp,
-                    reach.place.motion if reach.place else None,
-                )
-            except ExecutionError as err:
-                error = err
+        best: tuple[float, Plan] | None = None
+        for strict in (True, False):
+            for reach in reaches:
+                try:
+                    steps = self._steps(reach, task, strict=strict)
+                except ExecutionError as err:
+                    error = err
+                    continue
+                place = reach.place
+                plan = Plan(reach.arm.side, steps, scene, reach.grasp, place.motion if place else None)
+                if plan.duration_s <= _WINDING * plan.shortest_s:
+                    return plan
+                cost = plan.duration_s / max(reach.grasp.quality, 0.05)
+                if best is None or cost < best[0]:
+                    best = cost, plan
+            if best is not None:
+                return best[1]
         raise error
 
     def _steps(self, reach: Reach, task: ManipulationTask, *, strict: bool) -> tuple[Step, ...]:
