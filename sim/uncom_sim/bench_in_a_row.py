@@ -20,6 +20,7 @@ from uncom_tiago_exec.types import Stage
 
 from uncom_sim.bench_execution import MOVED_M, home_error, task_of
 from uncom_sim.bench_robot import SteppedRobot
+from uncom_sim.exceptions import SceneError
 from uncom_sim.next_command import next_command, random_scene
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.scoring import judge
@@ -50,23 +51,38 @@ class Turn:
 
 
 def run_in_a_row(count: int, seed: int = 0, say: Callable[[str], None] = lambda _: None) -> dict[str, Any]:
-    """Give commands one after the other and return the JSON object; say is told of each."""
+    """Give commands one after the other and return the JSON object; say is told of each.
+
+    "ended" says why there are fewer than were wanted, if so.
+
+    Raises:
+        SceneError: not even a first one could be drawn.
+    """
     began, rng = time.monotonic(), np.random.default_rng([seed, 23])
     simulator = Simulator(random_scene(_KINDS, rng), seed)
     turns: list[Turn] = []
+    ended = ""
     try:
         machine = SteppedRobot(simulator)
         row = _Row(machine, Engine(RobotModel(tiago_urdf()), machine, ExecutionConfig(seed=seed + 1), lambda _: None))
         for number in range(count):
-            turns.append(row.turn(number, rng))
+            try:
+                turns.append(row.turn(number, rng))
+            except SceneError as error:  # what was measured so far is not lost
+                ended = str(error)
+                say(f"ended before command {number + 1}: {ended}")
+                break
             say(f"{number + 1:3d} {'ok ' if turns[-1].success else 'BAD'} {turns[-1].asked}: {turns[-1].said}")
         touches, bystanders = simulator.contacts.table, simulator.contacts.bystanders
     finally:
         simulator.close()
+    if not turns:
+        raise SceneError(ended or "no command was wanted")
     return {
         **summary_in_a_row(turns),
         "table_contacts": touches,
         "bystander_contacts": bystanders,
+        "ended": ended,
         "seed": seed,
         "wall_s": round(time.monotonic() - began, 1),
     }

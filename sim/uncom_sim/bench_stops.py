@@ -181,9 +181,15 @@ def run_stops(
     scene = scene or random_scene(_KINDS, np.random.default_rng([seed, 31]))
     robot, fruitless = Stopped(scene, seed, part), 0
     stops: list[Stop] = []
+    ended = ""
     try:
         while len(stops) < count and fruitless < _FRUITLESS:
-            done = robot.stop(STAGES[(len(stops) + fruitless) % len(STAGES)])
+            try:
+                done = robot.stop(STAGES[(len(stops) + fruitless) % len(STAGES)])
+            except SceneError as error:  # what was measured so far is not lost
+                ended = str(error)
+                say(f"ended before stop {len(stops) + 1}: {ended}")
+                break
             fruitless = fruitless + 1 if done is None else 0
             if done is not None:
                 stops.append(done)
@@ -199,6 +205,7 @@ def run_stops(
         "home_error": round(away, 4),
         "base_drift_m": round(base_m, 4),
         "table_contacts": touches,
+        "ended": ended,
         "seed": seed,
         "wall_s": round(time.monotonic() - began, 1),
     }

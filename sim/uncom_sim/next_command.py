@@ -25,9 +25,9 @@ from uncom_sim.variation import in_sight
 
 # What stands so much nearer, farther or to either side of where things are put can be asked for too [m].
 _AROUND_M = (0.05, 0.10, 0.07)
-_CLEAR_M = (0.06, 0.05, 0.04)  # between outlines, tried one after the other
+_CLEAR_M = (0.06, 0.05, 0.04, 0.03)  # between outlines, tried one after the other
 _AWAY_M = 0.13  # least way that is worth a command
-_TRIES = 150
+_TRIES = 300
 _FALLEN_M = 0.05
 _WANTED, _SHARES = ("area", "beside", "pick"), (0.7, 0.2, 0.1)
 _BESIDE = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
