@@ -19,7 +19,7 @@ from uncom_sim.bench_planning_scenes import detection, flat_table
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.driving import BaseDriver
 from uncom_tiago_exec.engine import Engine
-from uncom_tiago_exec.exceptions import MotionError
+from uncom_tiago_exec.exceptions import MotionError, RefusedError
 from uncom_tiago_exec.midway import middle_places
 from uncom_tiago_exec.own_body import own_body, with_held
 from uncom_tiago_exec.pick_place import PickPlacePlanner
@@ -147,6 +147,32 @@ def test_from_around_a_tall_thing_just_let_go_the_hand_goes_back_along_its_finge
     ways = way_home(robot(), plan, joints, ExecutionConfig(), Left(released=True, last=lower))
     assert np.abs(ways[-1].positions[-1] - plan.home).max() < 0.02
     assert np.allclose(ways[0].positions[0], lower.positions[-1], atol=1e-3)
+
+
+@pytest.mark.parametrize(("higher", "found"), [(0.007, True), (0.05, False)])
+def test_a_hand_that_stands_a_little_in_the_table_that_was_seen_finds_home(higher, found):
+    """The table is then a little lower than it was seen; a hand deep in it is not where it is thought to be."""
+    rng = np.random.default_rng(8)
+    things = [detection("ball", ball_cloud(0.6, 0.2, 0.03, rng))]
+    plan = PickPlacePlanner(robot(), ExecutionConfig()).plan(
+        make_task(things, "place", place=(0.6, 0.0)), start_positions()
+    )
+    there = next(step.trajectory for step in plan.steps if step.stage == Stage.PLACING and isinstance(step, MoveStep))
+    tip = float(robot().gripper(plan.side).tip)
+    pose = robot().group(plan.side, start_positions()).forward(there.positions[-1])
+    lowest = float((pose[:3, 3] + tip * pose[:3, 0])[2] - 0.025 * abs(pose[2, 2]))
+    table = plan.scene.table
+    raised = table.pose.copy()
+    raised[2, 3] += lowest + higher - plan.scene.table_z
+    plan = replace(plan, scene=replace(plan.scene, table=replace(table, pose=raised), _solids={}))
+    joints = {**start_positions(), **dict(zip(there.joint_names, there.positions[-1], strict=True))}
+    left = Left(released=True)
+    if found:
+        ways = way_home(robot(), plan, joints, ExecutionConfig(), left)
+        assert np.abs(ways[-1].positions[-1] - plan.home).max() < 0.02
+    else:
+        with pytest.raises(RefusedError):
+            way_home(robot(), plan, joints, ExecutionConfig(), left)
 
 
 @pytest.mark.parametrize("at_home", [True, False])

@@ -17,6 +17,7 @@ from uncom_tiago_exec.carrying import carried, lean
 from uncom_tiago_exec.collision import CollisionChecker
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import InCollisionError, PlanningError, RefusedError
+from uncom_tiago_exec.obstacles import TABLE
 from uncom_tiago_exec.plan import Plan
 from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.scene_model import build_scene, replace_moved
@@ -30,6 +31,7 @@ _TURNED = np.radians(50.0)  # what leans more than this turns about the line bet
 _LEVER = 0.03  # [m] if its middle is farther than this from them
 _ASTRAY = 0.05  # [rad, or m] farther from home something was not done to its end
 _PACE = 0.5
+_LOWER, _LOWERED = 0.003, 5  # [m] by which a table is taken to be lower at a time, and how often at most
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +59,8 @@ def way_home(
     here, goal = arm.group.clamp(arm.start), _goal(arm, plan, left)
     if float(np.abs(here - goal).max()) < _THERE:
         return []
+    plan = _with_true_table(robot, plan, positions, config, left)
+    arm = ArmPlanner(robot, plan.side, positions, plan.scene, config)
     try:
         return _planned(arm, plan, here, left)
     except RefusedError as error:
@@ -70,6 +74,25 @@ def way_home(
         except RefusedError:
             continue
     raise refusal
+
+
+def _with_true_table(
+    robot: RobotModel, plan: Plan, positions: Mapping[str, float], config: ExecutionConfig, left: Left
+) -> Plan:
+    """Return a plan whose table is as low as it must be where the hand stands in the top that was seen.
+
+    A hand that leans at the table with open fingers is nearer to it than the table's height was seen exactly.
+    """
+    scene = plan.scene
+    for _ in range(_LOWERED):
+        arm = ArmPlanner(robot, plan.side, positions, scene, config)
+        touching = _checker(arm, plan, left, near=True).relax_at(arm.group.clamp(arm.start))
+        if not any(TABLE in pair for pair in touching):
+            return plan if scene is plan.scene else replace(plan, scene=scene)
+        pose = scene.table.pose.copy()
+        pose[2, 3] -= _LOWER
+        scene = replace(scene, table=replace(scene.table, pose=pose), _solids={})
+    return plan
 
 
 def _goal(arm: ArmPlanner, plan: Plan, left: Left) -> FloatArray:
