@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from perception_scenes import CAMERA, POSE, plain_table, takes
 from uncom_common.conversions import header_to_msg
+from uncom_common.transforms import apply, invert
 from uncom_perception.conversions import detection_from_msg, detection_to_msg, models_from_msg, models_to_msg
 from uncom_perception.frames import RawBuffer, stamp_of
 from uncom_perception.objects.lexicon import load_lexicon
@@ -127,6 +128,48 @@ def test_poses_from_outside_go_to_the_things_they_overlap(detector, mesh):
 
 def tracks_colour(detection):
     return next(a.value for a in detection.attributes if a.name == "colour")
+
+
+def box_mesh(sides):
+    """Corners (8, 3) and triangles (12, 3) of a box about the origin."""
+    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * sides
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return corners, np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
+
+
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_mesh_from_outside_completes_what_is_not_seen(detector, known, seed):
+    """Position and size are those of the mesh, without the estimator's error; in the camera's frame, too."""
+    rng = np.random.default_rng(9100 + seed)
+    sides = np.array([0.08, 0.08, 0.1])
+    rgb, depth = plain_table(blocks=(RED,))
+    scene = detector.detect(rgb, depth, CAMERA, POSE if known else None, [])
+    truth = np.array([0.6, 0.2, 0.77])
+    pose = np.eye(4)
+    pose[:3, 3] = truth + rng.normal(0.0, 0.006, 3)
+    pose = pose if known else invert(POSE) @ pose
+    found = with_models(scene, [ObjectModel("box", 0.9, pose, *box_mesh(sides))], load_lexicon().same)
+    body = found.detections[0].geometry
+    place = body.centroid if known else apply(POSE, body.centroid[None])[0]
+    assert place == pytest.approx(truth, abs=0.004)
+    assert sorted(body.size) == pytest.approx(sorted(sides), abs=0.004)
+    cloud = body.cloud if known else apply(POSE, body.cloud.astype(float))
+    behind = cloud[:, 0] > 0.6 + 0.035
+    assert (cloud[behind, 2] < 0.8).sum() > 50  # the side that the camera cannot see
+    assert not (scene.detections[0].geometry.cloud[:, 0] > 0.635).all()
+
+
+def test_a_mesh_that_does_not_fit_what_is_seen_changes_nothing(detector):
+    """A box twice as large, or without triangles, leaves the thing as it is seen."""
+    rgb, depth = plain_table(blocks=(RED,))
+    scene = detector.detect(rgb, depth, CAMERA, POSE, [])
+    pose = np.eye(4)
+    pose[:3, 3] = (0.6, 0.2, 0.77)
+    corners, triangles = box_mesh(np.array([0.08, 0.08, 0.1]))
+    for vertices, faces in ((corners * 1.6, triangles), (corners, triangles[:0])):
+        found = with_models(scene, [ObjectModel("box", 0.9, pose, vertices, faces)], load_lexicon().same)
+        assert found.detections[0].geometry.size == pytest.approx(scene.detections[0].geometry.size)
 
 
 def test_of_two_models_in_one_place_the_name_decides(detector):

@@ -55,7 +55,7 @@ def test_of_two_hands_the_nearer_one_points(near):
     """By metric depth where there is any, whatever their sizes in the image; else the larger one."""
     far = "right" if near == "left" else "left"
     depth = np.full((480, 640), 1.1, np.float32)
-    depth[:, :320 if near == "left" else 640] = 0.7
+    depth[:, : 320 if near == "left" else 640] = 0.7
     if near == "right":
         depth[:, :320] = 1.1
     places = {"left": 160.0, "right": 480.0}
@@ -76,7 +76,6 @@ def test_an_arm_that_reaches_over_the_table_is_no_thing():
     """From the robot's side, as its own, or from the far side, as a sleeved one; what it reaches over is found."""
     for x, length in ((0.3, 0.9), (1.0, 0.7)):
         rgb, depth = plain_table(blocks=[BLOCK], seed=9100)
-        arm_rgb, arm_depth = plain_table(height=0.95, blocks=[], seed=9100, noise_m=0.001)
         truth = np.all(rgb == BLOCK[-1], axis=2)
         v, u = np.mgrid[0:480, 0:640]
         rays = np.stack([(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy, np.ones(u.shape)], axis=-1)

@@ -1,23 +1,35 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Poses of things from an outside estimator (paper: iChores, GDRNet++), matched to the things that are seen."""
+"""Poses of things from an outside estimator (paper: iChores, GDRNet++), matched to the things that are seen.
+
+A mesh tells what is not seen of a thing: who grasps it gets the whole of it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import cv2
 import numpy as np
 from scipy.optimize import linear_sum_assignment
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 from uncom_common.transforms import apply, invert
 
 from uncom_perception.types import Detection, FloatArray, Geometry, ObjectModel, Scene
 
 _MARGIN_M = 0.02
 _LEAST = 0.35  # agreement below which a model is of something else
+_ON_MESH, _FEWEST, _ENOUGH, _ROUNDS = 4000, 30, 600, 8  # points on a mesh and of what is seen
+_ARM_M = 0.05  # a turn counts as much as a shift so far from the middle
+_STIFF = 0.003  # how little a side of which next to nothing is seen moves it
+_FITS_M, _FARTHEST_M = 0.006, 0.04  # how far what is seen lies from the mesh, and how far that may be shifted
 
 
 def with_models(scene: Scene, models: Sequence[ObjectModel], same_name: Callable[[str, str], bool]) -> Scene:
     """Give each thing the outside model that overlaps it best, if any does; names that agree count, too.
+
+    A thing whose model has a mesh is as large as that from then on, and its cloud is of all of its surface.
 
     Args:
         scene: with geometry.
@@ -32,8 +44,82 @@ def with_models(scene: Scene, models: Sequence[ObjectModel], same_name: Callable
     for i, j in zip(*linear_sum_assignment(-agreement), strict=True):
         if agreement[i, j] >= _LEAST:
             chosen[things[i].id] = models[int(j)]
-    found = tuple(replace(d, model=chosen.get(d.id)) for d in scene.detections)
-    return replace(scene, detections=found)
+    return replace(scene, detections=tuple(_with_model(d, chosen.get(d.id)) for d in scene.detections))
+
+
+def _with_model(detection: Detection, model: ObjectModel | None) -> Detection:
+    body = detection.geometry
+    return replace(detection, model=model, geometry=completed(body, model) if body is not None and model else body)
+
+
+def completed(body: Geometry, model: ObjectModel) -> Geometry:
+    """Return a seen thing as its model's mesh completes it; as it is if there is no mesh, or one that does not fit.
+
+    The estimator's error is taken out as far as what is seen tells it: the mesh is moved to the seen points.
+    """
+    surface, normals = _surface(model)
+    if len(surface) == 0 or len(body.cloud) < _FEWEST:
+        return body
+    to_body = invert(body.pose)
+    local = apply(to_body, surface)
+    seen = apply(to_body, body.cloud[:: max(1, len(body.cloud) // _ENOUGH)].astype(float))
+    correction, away = _correction(local, normals @ to_body[:3, :3].T, seen)
+    if away > _FITS_M or float(np.linalg.norm(correction[:3, 3])) > _FARTHEST_M:
+        return body
+    local = apply(correction, local)
+    (x, y), (a, b), angle = cv2.minAreaRect(local[:, :2].astype(np.float32))
+    if b > a:
+        a, b, angle = b, a, angle + 90.0
+    yaw = np.radians((angle + 90.0) % 180.0 - 90.0)
+    low, high = float(local[:, 2].min()), float(local[:, 2].max())
+    inner = np.eye(4)
+    inner[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
+    inner[:3, 3] = (x, y, 0.5 * (low + high))
+    pose = body.pose @ inner
+    cloud = apply(body.pose, local).astype(np.float32)
+    return Geometry(pose[:3, 3].copy(), pose, np.array([a, b, high - low]), cloud)
+
+
+def _correction(surface: FloatArray, normals: FloatArray, seen: FloatArray) -> tuple[FloatArray, float]:
+    """Return the small motion (4, 4) of a surface (N, 3) to what is seen of it (M, 3), and how far that is then [m].
+
+    Each seen point draws along the surface's normal (N, 3) only, so that sides of which little is seen count, too.
+    """
+    motion = np.eye(4)
+    for _ in range(_ROUNDS):
+        points, towards = apply(motion, surface), normals @ motion[:3, :3].T
+        found = cKDTree(points).query(seen)
+        away, nearest = np.asarray(found[0]), np.asarray(found[1])
+        usable = away < _FARTHEST_M
+        p, n = points[nearest[usable]], towards[nearest[usable]]
+        along = np.einsum("ij,ij->i", n, seen[usable] - p)
+        by = np.concatenate([n, np.cross(p, n) / _ARM_M], axis=1)  # turned about the thing's middle
+        step = np.linalg.solve(by.T @ by + _STIFF * len(seen) * np.eye(6), by.T @ along)
+        turn = np.eye(4)
+        turn[:3, :3] = Rotation.from_rotvec(step[3:] / _ARM_M).as_matrix()
+        turn[:3, 3] = step[:3]
+        motion = turn @ motion
+    return motion, float(np.median(cKDTree(apply(motion, surface)).query(seen)[0]))
+
+
+def _surface(model: ObjectModel) -> tuple[FloatArray, FloatArray]:
+    """Return points (N, 3) spread over a model's mesh and their unit normals, as its pose places it; none without."""
+    if len(model.triangles) == 0:
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    corners = model.vertices[model.triangles]
+    across, down = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normals = np.cross(across, down)
+    areas = np.linalg.norm(normals, axis=1)
+    if float(areas.sum()) <= 0.0:
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    rng = np.random.default_rng(0)
+    chosen = rng.choice(len(areas), _ON_MESH, p=areas / areas.sum())
+    share = rng.random((_ON_MESH, 2))
+    beyond = share.sum(axis=1) > 1.0
+    share[beyond] = 1.0 - share[beyond]
+    local = corners[chosen, 0] + share[:, :1] * across[chosen] + share[:, 1:] * down[chosen]
+    unit = normals[chosen] / areas[chosen, None]
+    return np.asarray(apply(model.pose, local)), np.asarray(unit @ model.pose[:3, :3].T)
 
 
 def _agreement(detection: Detection, model: ObjectModel, same_name: Callable[[str, str], bool]) -> float:
