@@ -22,6 +22,7 @@ from uncom_tiago_exec.engine import Engine
 from uncom_tiago_exec.exceptions import MotionError, RefusedError
 from uncom_tiago_exec.midway import middle_places
 from uncom_tiago_exec.own_body import own_body, with_held
+from uncom_tiago_exec.performing import Performer
 from uncom_tiago_exec.pick_place import PickPlacePlanner
 from uncom_tiago_exec.plan import MoveStep
 from uncom_tiago_exec.recovery import Left, way_home
@@ -147,6 +148,20 @@ def test_from_around_a_tall_thing_just_let_go_the_hand_goes_back_along_its_finge
     ways = way_home(robot(), plan, joints, ExecutionConfig(), Left(released=True, last=lower))
     assert np.abs(ways[-1].positions[-1] - plan.home).max() < 0.02
     assert np.allclose(ways[0].positions[0], lower.positions[-1], atol=1e-3)
+
+
+def test_a_motion_that_begins_elsewhere_than_where_the_arm_is_is_not_begun():
+    things = lemon_and_bowl(np.random.default_rng(0))
+    machine = LookingOn([scene_of(things)], [0.05])
+    plan = PickPlacePlanner(robot(), ExecutionConfig()).plan(make_task(things, "pick"), start_positions())
+    performer = Performer(robot(), machine, ExecutionConfig(), lambda _: None)
+    first, second = (step.trajectory for step in plan.steps[:3] if isinstance(step, MoveStep))
+    with pytest.raises(MotionError, match="begins"):
+        performer.follow(second)
+    assert machine.moves == 0
+    performer.follow(first)
+    performer.follow(second)
+    assert machine.moves == 2
 
 
 @pytest.mark.parametrize(("higher", "found"), [(0.007, True), (0.05, False)])

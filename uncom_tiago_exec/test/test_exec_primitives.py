@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pointing, holding out and pouring: where the hand goes, and what stays over what."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from exec_fixtures import (
@@ -94,6 +96,22 @@ def test_a_wide_dish_that_is_to_be_held_is_lifted_so_high_that_it_may_hang_down(
     lift = next(s.trajectory for s in plan.steps if isinstance(s, MoveStep) and s.stage == Stage.LIFTING)
     group = robot().group(plan.side, start_positions())
     assert (group.forward(lift.positions[-1]) - group.forward(lift.positions[0]))[2, 3] > 1.6 * 0.085
+
+
+@pytest.mark.parametrize("primitive", ["pour", "place", "put_in", "give", "push", "point"])
+def test_each_motion_begins_where_the_one_before_ended(primitive):
+    """Arms would be thrown from one to the other."""
+    for seed, (x, y) in enumerate([(0.55, 0.25), (0.6, -0.22)]):
+        rng = np.random.default_rng(seed)
+        can = detection("can", cylinder_cloud(x, y, 0.03, 0.1, rng))
+        bowl = detection("bowl", bowl_cloud(0.62, 0.0, 0.085, 0.065, rng))
+        target = "bowl" if primitive in ("pour", "put_in") else None
+        place = (x, 1.45 * y) if primitive in ("place", "push") else (x, y) if primitive == "pour" else None
+        task = make_task([can, bowl], primitive, target=target, place=place)
+        plan = PickPlacePlanner(robot(), ExecutionConfig()).plan(task, start_positions())
+        moves = [s.trajectory for s in plan.steps if isinstance(s, MoveStep)]
+        for before, after in pairwise(moves):
+            assert np.abs(after.positions[0] - before.positions[-1]).max() < 0.02
 
 
 @pytest.mark.slow

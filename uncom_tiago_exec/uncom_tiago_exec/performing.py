@@ -27,6 +27,7 @@ _FREED = 0.012  # [m] fingers that open by this much at least let go, though som
 _UNSTICK = 3  # times they close and open again
 _EARLY = 0.035  # [m] what hangs lower than thought, for it turned between the fingers, rests this much earlier at most
 _HANGING = 0.7  # the same as a share of the radius of a dish that is held by its edge
+_ELSEWHERE = 0.15  # [rad, or m] from where a motion begins, that an arm at most is
 _SLIPPED = 0.014  # [m] fingers that close this much further have lost what was between them
 
 Report = Callable[[Status], None]
@@ -50,7 +51,14 @@ class Performer:
         self._gripping: GripStep | None = None  # what the fingers were told and have not come to
 
     def follow(self, trajectory: Trajectory) -> None:
-        """Carry out a motion, and remember it."""
+        """Carry out a motion, and remember it.
+
+        Raises:
+            MotionError: it ended elsewhere, or would begin elsewhere than where the arm is: nothing has moved then.
+        """
+        away = float(np.abs(self._positions_of(trajectory) - trajectory.positions[0]).max())
+        if away > _ELSEWHERE:
+            raise MotionError(f"the next motion begins {away:.2f} rad from where the arm is")
         self._last, self._last_stage = trajectory, self.stage
         self._robot.follow(trajectory)
 

@@ -30,7 +30,7 @@ from uncom_tiago_exec.letting_go import let_go
 from uncom_tiago_exec.placing import Destination, destination
 from uncom_tiago_exec.plan import GripStep, Plan, Step
 from uncom_tiago_exec.pouring import find_pour
-from uncom_tiago_exec.pushing import Push, find_pushes
+from uncom_tiago_exec.pushing import find_pushes, pushing_steps
 from uncom_tiago_exec.reaches import (
     Reach,
     end_at,
@@ -125,28 +125,10 @@ class PickPlacePlanner:
         pushes = find_pushes(arms, scene, task, goal.xy)
         for push, turned in ((push, turned) for turned in (True, True, False) for push in pushes):
             try:
-                return Plan(push.arm.side, self._pushing_steps(push, turned=turned), scene, None, push.motion)
+                return Plan(push.arm.side, pushing_steps(push, turned=turned), scene, None, push.motion)
             except ExecutionError as err:
                 error = err
         raise error
-
-    def _pushing_steps(self, push: Push, *, turned: bool) -> tuple[Step, ...]:
-        """Return the steps of a push; turned, they leave room for the thing whichever way it has turned."""
-        arm, gap = push.arm, push.gap
-        free, pushing, away = arm.free(gap), arm.pushing(gap), arm.leaving(gap, push.motion, frozenset())
-        if turned:
-            away = arm.turning_away(gap, push.motion)
-        go = arm.transit(free, arm.group.clamp(arm.start), [push.down[0]])
-        back = arm.transit(away, push.up[-1], [arm.group.clamp(arm.start)])
-        return (
-            GripStep(Stage.APPROACHING, gap, detail="opening the fingers"),
-            move(arm, Stage.APPROACHING, (go, free, 1.0), "to behind the object"),
-            move(arm, Stage.APPROACHING, (push.down, arm.reaching(gap), 0.8), "straight down"),
-            move(arm, Stage.TRANSFERRING, (push.along, pushing, 0.5), "pushing"),
-            move(arm, Stage.RETREATING, (push.up, pushing, 0.9), "back and up"),
-            move(arm, Stage.HOMING, (end_at(back, arm.start), away, 1.0), "back to the start"),
-            GripStep(Stage.HOMING, arm.start_gap, detail="fingers as before"),
-        )
 
     def _rather_pushed(
         self,
@@ -281,7 +263,7 @@ class PickPlacePlanner:
         if task.primitive == "pour":
             names = task.object_text or task.object.label or "object", task.target_text or "target"
             pour = find_pour(reach.arm, reach.grasp, reach.lift[-1], *names)
-            upright = replace(reach, lift=np.vstack([reach.lift[-1], pour.over[-1]]))
+            upright = replace(reach, lift=np.vstack([reach.lift[-1], pour.over[-1]]), over=None)
             return (*taking, *pouring_steps(reach, pour), *placing_steps(upright, reach.arm.start, reach.arm.start_gap))
         return (*taking, *placing_steps(reach, reach.arm.start, reach.arm.start_gap, strict=strict))
 

@@ -15,9 +15,11 @@ from scipy.spatial import cKDTree
 from uncom_tiago_exec.arm_planner import ArmPlanner
 from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError, RefusedError, UnreachableError
 from uncom_tiago_exec.obstacles import on_table
+from uncom_tiago_exec.plan import GripStep, Step
+from uncom_tiago_exec.reaches import end_at, move
 from uncom_tiago_exec.scene_model import SceneModel
 from uncom_tiago_exec.shapes import thin
-from uncom_tiago_exec.types import FloatArray, ManipulationTask, Side
+from uncom_tiago_exec.types import FloatArray, ManipulationTask, Side, Stage
 
 _GAP = 0.07  # [m] between the fingers at most
 _SHARE = 0.55  # of the width of what is pushed: both fingers touch, and what is round stays between them
@@ -163,3 +165,22 @@ def _out(arm: ArmPlanner, q: FloatArray, way: FloatArray) -> FloatArray:
         except (InCollisionError, PlanningError):
             continue
     return arm.lift_height(pushing, q, ups)
+
+
+def pushing_steps(push: Push, *, turned: bool) -> tuple[Step, ...]:
+    """Return the steps of a push; turned, they leave room for the thing whichever way it has turned."""
+    arm, gap = push.arm, push.gap
+    free, pushing, away = arm.free(gap), arm.pushing(gap), arm.leaving(gap, push.motion, frozenset())
+    if turned:
+        away = arm.turning_away(gap, push.motion)
+    go = arm.transit(free, arm.group.clamp(arm.start), [push.down[0]])
+    back = arm.transit(away, push.up[-1], [arm.group.clamp(arm.start)])
+    return (
+        GripStep(Stage.APPROACHING, gap, detail="opening the fingers"),
+        move(arm, Stage.APPROACHING, (go, free, 1.0), "to behind the object"),
+        move(arm, Stage.APPROACHING, (push.down, arm.reaching(gap), 0.8), "straight down"),
+        move(arm, Stage.TRANSFERRING, (push.along, pushing, 0.5), "pushing"),
+        move(arm, Stage.RETREATING, (push.up, pushing, 0.9), "back and up"),
+        move(arm, Stage.HOMING, (end_at(back, arm.start), away, 1.0), "back to the start"),
+        GripStep(Stage.HOMING, arm.start_gap, detail="fingers as before"),
+    )
