@@ -6,8 +6,10 @@ import re
 import numpy as np
 import pinocchio as pin
 import pytest
-from uncom_sim import bench_planning, bench_planning_peers
-from uncom_sim.bench_planning_peers import locked_urdf, ratios
+from uncom_sim import bench_planning, bench_planning_roboplan
+from uncom_sim.bench_planning_mplib import PYTHON
+from uncom_sim.bench_planning_peers import ratios, run_peers
+from uncom_sim.bench_planning_problems import locked_urdf
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.robot.names import home_positions
 from uncom_tiago_exec.robot_model import RobotModel, group_joints
@@ -56,13 +58,16 @@ def test_ratios_leave_out_peers_that_are_not_there():
 
 
 def test_a_peer_that_is_not_installed_is_named_with_the_command_that_installs_it(monkeypatch):
-    monkeypatch.setattr(bench_planning_peers.importlib.util, "find_spec", lambda _: None)
-    found = bench_planning_peers.run_peers([], lambda *_: False, [], (None, []), {})
-    assert "uv pip install roboplan" in found["roboplan"]
+    monkeypatch.setattr(bench_planning_roboplan.importlib.util, "find_spec", lambda _: None)
+    monkeypatch.delenv(PYTHON, raising=False)
+    found = run_peers([], lambda *_: False, [], (None, []), {})
+    assert "./uncom setup" in found["roboplan"]
+    assert "./uncom setup --peers" in found["mplib"]
 
 
-def test_a_peer_solves_poses_and_plans_of_ours(robot, start):
-    pytest.importorskip("roboplan")
+def test_a_peer_solves_poses_and_plans_of_ours(robot, start, monkeypatch):
+    pytest.importorskip("roboplan.rrt")
+    monkeypatch.delenv(PYTHON, raising=False)
     problems = list(bench_planning.single_problems(robot, start, 1, 5))
     found = bench_planning.peers(robot, start, problems, 4, 5)["roboplan"]
     assert found["ik"]["success"] == 1.0

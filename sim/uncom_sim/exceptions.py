@@ -34,5 +34,9 @@ class UnknownColourError(SceneError):
         super().__init__(f"unknown colour {name!r}; colours are: {', '.join(known)}")
 
 
+class WorkerError(SimError):
+    """A process that does something in another Python gave no answer that can be used."""
+
+
 class VoiceError(SimError):
     """The simulated person's voice cannot be made."""
