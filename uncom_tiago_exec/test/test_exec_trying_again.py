@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What goes wrong on the way is noticed and done again: held-up arms, jammed fingers, things that ended elsewhere."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from exec_fixtures import (
@@ -26,7 +28,7 @@ from uncom_tiago_exec.grasps import grasp_candidates
 from uncom_tiago_exec.pick_place import PickPlacePlanner
 from uncom_tiago_exec.plan import MoveStep
 from uncom_tiago_exec.shapes import complete
-from uncom_tiago_exec.sightings import found_again
+from uncom_tiago_exec.sightings import found_again, joined
 from uncom_tiago_exec.types import Stage
 from uncom_tiago_exec.verification import verify
 
@@ -222,6 +224,36 @@ def test_two_things_seen_as_one_do_not_hide_that_the_thing_stands_at_its_place()
     both = detection("box", np.vstack([cloud, np.asarray(mug.geometry.cloud, dtype=float)]))
     assert verify(task, plan, scene_of(both)).success
     assert not verify(task, plan, scene_of(mug)).success
+
+
+@pytest.mark.parametrize(("seen", "stands"), [("whole", True), ("slice", True), ("lying", False)])
+def test_a_thing_has_fallen_over_only_if_enough_of_it_is_seen_lying(seen, stands):
+    """Of what an arm or the border of the picture hides, a slice near the table tells nothing."""
+    rng = np.random.default_rng(9)
+    bottle = detection("bottle", cylinder_cloud(0.6, 0.2, 0.03, 0.2, rng))
+    task = make_task([bottle], "place", place=(0.6, 0.0))
+    plan = PickPlacePlanner(robot(), CONFIG).plan(task, start_positions())
+    placed = np.asarray(bottle.geometry.cloud, dtype=float) @ plan.motion[:3, :3].T + plan.motion[:3, 3]
+    if seen == "slice":
+        placed = placed[placed[:, 2] < TABLE_Z + 0.025]
+    if seen == "lying":
+        placed = box_cloud(0.6, 0.0, 0.3, np.array([0.2, 0.06, 0.06]), rng)
+    finding = verify(task, plan, scene_of(detection("bottle", placed)))
+    assert finding.success == stands, finding.text
+    assert ("fallen" in finding.text) != stands
+
+
+def test_a_table_seen_from_nearer_keeps_the_edge_that_is_out_of_sight():
+    before, now = flat_table(), flat_table()
+    beyond = np.maximum(np.asarray(now.polygon), [0.55, -np.inf, -np.inf])
+    both = joined(before, replace(now, polygon=beyond))
+    assert np.asarray(both.polygon)[:, 0].min() == pytest.approx(np.asarray(before.polygon)[:, 0].min(), abs=1e-6)
+    assert np.asarray(both.polygon)[:, 0].max() == pytest.approx(np.asarray(before.polygon)[:, 0].max(), abs=1e-6)
+    assert both.height_m == pytest.approx(now.height_m)
+    higher = replace(now, polygon=beyond + np.array([0.0, 0.0, 0.2]))
+    assert joined(before, higher) is higher
+    assert joined(None, now) is now
+    assert joined(before, None) is before
 
 
 def test_a_base_stopped_on_its_way_is_driven_back_as_far_as_it_had_come():

@@ -5,14 +5,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
-from uncom_perception.types import Detection, Scene
+from uncom_perception.types import Detection, Scene, TableSurface
 
 from uncom_tiago_exec.types import FloatArray, ManipulationTask
 from uncom_tiago_exec.verification import extent, middle_of
 
 _FOLLOW_M = 0.12  # [m] after a failed grasp the thing is looked for this far around its last place
 _STILL = 0.03  # [m] a thing nearer than this to where it stood has not moved
+_SAME_HEIGHT = 0.03  # [m] between two sights of one table at most
 _LIKE_SIZE = 0.5  # of the logarithm of two sizes
 
 
@@ -76,6 +78,17 @@ def seen_whole(task: ManipulationTask, scene: Scene) -> ManipulationTask:
 
 def _with(task: ManipulationTask, scene: Scene, thing: Detection) -> ManipulationTask:
     target = nearest(scene, task.target) if task.target is not None else None
-    return replace(
-        task, object=thing, scene=scene.detections, table=scene.table or task.table, target=target or task.target
-    )
+    table = joined(task.table, scene.table)
+    return replace(task, object=thing, scene=scene.detections, table=table, target=target or task.target)
+
+
+def joined(before: TableSurface | None, now: TableSurface | None) -> TableSurface | None:
+    """Return the table as it is seen now, with what was seen of it before: from nearer its near edge is out of sight.
+
+    What was seen at another height was something else.
+    """
+    if before is None or now is None or abs(before.height_m - now.height_m) > _SAME_HEIGHT:
+        return now or before
+    corners = np.vstack([np.asarray(before.polygon)[:, :2], np.asarray(now.polygon)[:, :2]])
+    outline = cv2.convexHull(corners.astype(np.float32))[:, 0].astype(float)
+    return replace(now, polygon=np.column_stack([outline, np.full(len(outline), now.height_m)]))

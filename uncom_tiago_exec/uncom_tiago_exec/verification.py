@@ -19,6 +19,7 @@ MOVED = 0.02  # [m] bystanders may move this much
 _TALL = 1.5  # widths: what is higher falls over
 _RISE = 0.01  # [m] what lies in an opening is at least this thick
 _SIDEWAYS = ("left_of", "right_of", "in_front_of", "behind")
+_MUCH = 0.2  # of the points that were seen of a thing before, of which it is told that it has fallen over
 _CELL = 0.01  # [m] of a picture of heights seen from above
 _RESTS = 0.5  # share of a thing's upper side that is seen where it was to be
 _SAME = 0.10  # [m] a bystander is looked for this far around its old place
@@ -173,7 +174,9 @@ def _fault(task: ManipulationTask, plan: Plan, seen: list[Detection], goal: Floa
     if task.primitive in ("put_on", "stack") and not _stands_on(plan, seen, goal):
         return "the {what} is not on the {target}"
     target = plan.scene.target
-    return "the {what} has fallen over" if (target is None or target.rim is None) and _lies(plan, seen, goal) else ""
+    return (
+        "the {what} has fallen over" if (target is None or target.rim is None) and _lies(task, plan, seen, goal) else ""
+    )
 
 
 def _upper_side_seen(plan: Plan, seen: list[Detection]) -> float:
@@ -200,7 +203,7 @@ def _stands_on(plan: Plan, seen: list[Detection], goal: FloatArray) -> bool:
     return len(near) > 0 and float(np.quantile(near[:, 2], 0.98)) > target.top + 0.4 * thing.height
 
 
-def _lies(plan: Plan, seen: list[Detection], goal: FloatArray) -> bool:
+def _lies(task: ManipulationTask, plan: Plan, seen: list[Detection], goal: FloatArray) -> bool:
     """Tell whether a thing that stood tall is seen much lower, where the plan brought it (2,)."""
     thing = plan.scene.moved
     if plan.motion is None or thing.height < _TALL * float(thing.size[1]) or not seen:
@@ -208,7 +211,9 @@ def _lies(plan: Plan, seen: list[Detection], goal: FloatArray) -> bool:
     top = float((thing.points @ plan.motion[2, :3] + plan.motion[2, 3]).max())
     points = np.vstack([_cloud(d) for d in seen])
     near = points[np.linalg.norm(points[:, :2] - goal, axis=1) < 0.5 * float(thing.size[0]) + 0.02]
-    return len(near) > 0 and float(near[:, 2].max()) < top - 0.35 * thing.height
+    if len(near) < _MUCH * len(_cloud(task.object)):  # an arm, or the border of the picture, hides the rest
+        return False
+    return float(near[:, 2].max()) < top - 0.35 * thing.height
 
 
 def _is_there(thing: Detection, seen: list[Detection], old: FloatArray) -> bool:
