@@ -2,8 +2,8 @@
 """Single commands for the execution benchmark: every kind of thing, every relation, both arms; feasible as built.
 
 Things stand apart by more than a finger, wholly in the camera's picture and not hidden behind one another; what is to
-be moved and where it is to go lie in the part of the table that one arm reaches; the place itself is free, and what is
-asked for is not so already.
+be moved and where it is to go lie in the part of the table that one arm reaches; the place itself is free and in sight,
+and what is asked for is not so already.
 """
 
 from __future__ import annotations
@@ -228,6 +228,9 @@ def _is_free(place: Point2, scene: Scene, relation: str) -> bool:
     others = [outline(other) for other in scene.objects if other.id != "o0"]
     if any(room.intersects(shape) for shape in others):
         return False
+    rest = (other for other in scene.objects if other.id != "o0")
+    if not everything_in_sight(replace(scene, objects=(replace(thing, x=x, y=y), *rest))):
+        return False  # the robot looks again afterwards
     table = scene.table
     if not shapely.box(table.x_min, table.y_min, table.x_max, table.y_max).contains(room):
         return False
