@@ -72,3 +72,12 @@ def test_a_peer_solves_poses_and_plans_of_ours(robot, start, monkeypatch):
     found = bench_planning.peers(robot, start, problems, 4, 5)["roboplan"]
     assert found["ik"]["success"] == 1.0
     assert found["plan"]["success"] == 1.0
+
+
+def test_the_time_in_motion_of_whole_plans_is_told_by_stage(robot, start):
+    whole = bench_planning.whole_plans(robot, start, 3, 5)
+    stages = whole["motion_by_stage"]
+    assert {"approaching", "lifting", "transferring", "placing", "retreating", "homing"} <= set(stages)
+    assert all(spent["over_bound"] >= 1.0 for spent in stages.values())
+    assert 1.0 <= whole["motion_over_bound"] < 2.0
+    assert whole["success"] == 1.0

@@ -25,7 +25,7 @@ from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.types import ManipulationTask, Outcome, Status
 
 from uncom_sim.bench_execution_cases import Case, make_case
-from uncom_sim.bench_robot import SteppedRobot
+from uncom_sim.bench_robot import Estimate, SteppedRobot
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.scoring import PhysicalResult, judge
 from uncom_sim.scoring_acts import Witness, judge_act
@@ -88,8 +88,22 @@ class Run:
         }
 
 
-def run_case(case: Case, seed: int = 0, shots: Path | None = None, robot: RobotModel | None = None) -> Run:
-    """Carry out one command; shots is where pictures from outside go, one after each motion."""
+def run_case(
+    case: Case,
+    seed: int = 0,
+    shots: Path | None = None,
+    robot: RobotModel | None = None,
+    estimate: Estimate | None = None,
+) -> Run:
+    """Carry out one command.
+
+    Args:
+        case: the command and its scene.
+        seed: of the simulation and of planning.
+        shots: where pictures from outside go, one after each motion.
+        robot: its model, if it was made before.
+        estimate: an estimator of poses beside the robot, see bench_robot.
+    """
     began = time.process_time()
     simulator = Simulator(case.scene, seed * 1000 + case.number)
     try:
@@ -99,7 +113,7 @@ def run_case(case: Case, seed: int = 0, shots: Path | None = None, robot: RobotM
             if shots is not None:
                 Image.fromarray(simulator.render_overview()).save(f"{shots}_{next(count):02d}.png")
 
-        machine = SteppedRobot(simulator, watch if shots is not None else None)
+        machine = SteppedRobot(simulator, watch if shots is not None else None, estimate)
         machine.witness = witness = Witness(simulator, case.meaning)
         start, before, first_s = machine.positions(), simulator.object_states(), simulator.time_s
         told: list[Status] = []

@@ -18,6 +18,7 @@ from uncom_tiago_exec.exceptions import ExecutionError
 from uncom_tiago_exec.ik import IkSolver
 from uncom_tiago_exec.obstacles import upright
 from uncom_tiago_exec.pick_place import PickPlacePlanner
+from uncom_tiago_exec.plan import MoveStep, Plan
 from uncom_tiago_exec.planning import JointPlanner, PlannerOptions
 from uncom_tiago_exec.robot_model import ArmGroup, RobotModel
 from uncom_tiago_exec.types import SIDES, FloatArray, Obstacle
@@ -225,6 +226,7 @@ def whole_plans(robot: RobotModel, start: dict[str, float], count: int, seed: in
     """Plan whole pick-and-places in clutter."""
     rng = np.random.default_rng([seed, 5])
     times, motion, bound, reasons = [], [], [], []
+    stages: dict[str, list[float]] = {}
     for i in range(count):
         task = pick_and_place(rng, int(rng.integers(6, 13)), 1.0 if i % 2 else -1.0)
         planner = PickPlacePlanner(robot, ExecutionConfig(seed=seed + 1))
@@ -233,6 +235,7 @@ def whole_plans(robot: RobotModel, start: dict[str, float], count: int, seed: in
             plan = planner.plan(task, start)
             motion.append(plan.duration_s)
             bound.append(plan.shortest_s)
+            _add_stages(stages, plan)
         except ExecutionError as error:
             reasons.append(str(error))
         times.append(time.thread_time() - began)
@@ -243,8 +246,21 @@ def whole_plans(robot: RobotModel, start: dict[str, float], count: int, seed: in
         "p95_s": round(float(np.percentile(times, 95)), 4),
         "motion_median_s": round(float(np.median(motion or [0.0])), 2),
         "motion_over_bound": round(float(np.median(np.array(motion) / np.array(bound))), 3) if motion else None,
+        "motion_by_stage": {
+            name: {"mean_s": round(spent / len(motion), 2), "over_bound": round(spent / least, 2)}
+            for name, (spent, least) in stages.items()
+        },
         "refused": reasons,
     }
+
+
+def _add_stages(stages: dict[str, list[float]], plan: Plan) -> None:
+    """Add a plan's time in motion, and the least time that its motions could take, to their stages [s]."""
+    for step in plan.steps:
+        if isinstance(step, MoveStep):
+            total = stages.setdefault(step.stage.name.lower(), [0.0, 0.0])
+            total[0] += step.trajectory.duration_s
+            total[1] += step.shortest_s
 
 
 def table(result: dict[str, Any]) -> str:
@@ -259,6 +275,10 @@ def table(result: dict[str, Any]) -> str:
             f"states in collision when looked at again: {plan['recheck_colliding'] + full['recheck_colliding']}",
             f"whole pick-and-place: {whole['success']:.1%}, median {whole['median_s']:.2f} s",
             f"its motion: {whole['motion_median_s']:.1f} s, {whole['motion_over_bound']} of the lower bound",
+            *(
+                f"  {name}: {spent['mean_s']:.1f} s, {spent['over_bound']} of the bound"
+                for name, spent in whole["motion_by_stage"].items()
+            ),
             *(
                 f"of {name}'s time: {times['ik']} for poses, {times['check']} for checks, {times['plan']} for plans"
                 for name, times in result["ratios"].items()

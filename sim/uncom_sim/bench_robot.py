@@ -6,12 +6,14 @@ Below are the same controllers as behind ROS, and its eyes are the same camera a
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 from uncom_common.transforms import invert
+from uncom_perception.objects.lexicon import load_lexicon
+from uncom_perception.objects.models import with_models
 from uncom_perception.objects.tabletop import TabletopDetector
-from uncom_perception.types import Scene
+from uncom_perception.types import FloatArray, ObjectModel, Scene
 from uncom_tiago_exec.exceptions import MotionError, StoppedError
 from uncom_tiago_exec.fingers import finger_gap, finger_motion
 from uncom_tiago_exec.nearer import drive_velocity
@@ -26,21 +28,32 @@ from uncom_sim.controllers.trajectory import Waypoint
 from uncom_sim.robot.description import CAMERA_FRAME
 from uncom_sim.scoring_acts import EVERY_STEPS
 from uncom_sim.simulator import Simulator
+from uncom_sim.types import ObjectState
 
 _DRIVE_STEPS = 5  # between two commands to the base
 _REST_STEPS = 24  # before a picture is taken
+
+#: An estimator of poses beside the robot: from the truth and the pose (4, 4) of the base to models in the base's frame.
+Estimate = Callable[[Sequence[ObjectState], FloatArray], Sequence[ObjectModel]]
 
 
 class SteppedRobot(RobotInterface):
     """Steps a simulator in the thread of its caller."""
 
-    def __init__(self, simulator: Simulator, watch: Callable[[], None] | None = None) -> None:
-        """Keep the simulator; watch is called after each motion (to take a picture, say), `witness` every 0.1 s."""
+    def __init__(
+        self, simulator: Simulator, watch: Callable[[], None] | None = None, estimate: Estimate | None = None
+    ) -> None:
+        """Keep the simulator; watch is called after each motion (to take a picture, say), `witness` every 0.1 s.
+
+        With `estimate`, what is seen is completed by its models, as by those of /uncom/object_poses.
+        """
         self.simulator = simulator
         self.stop_at_s: float | None = None
         self.witness: Callable[[], None] | None = None
         self._detector = TabletopDetector()
+        self._lexicon = load_lexicon()
         self._watch = watch
+        self._estimate = estimate
 
     def positions(self) -> dict[str, float]:
         """Return joint positions; see RobotInterface."""
@@ -79,7 +92,10 @@ class SteppedRobot(RobotInterface):
         rgb, depth = self.simulator.render_camera()
         base = self.simulator.robot.frame("base_footprint")
         camera = invert(base) @ self.simulator.robot.frame(CAMERA_FRAME)
-        return self._detector.detect(rgb, depth, HEAD_CAMERA, camera, ["objects"])
+        scene = self._detector.detect(rgb, depth, HEAD_CAMERA, camera, ["objects"])
+        if self._estimate is None:
+            return scene
+        return with_models(scene, self._estimate(self.simulator.object_states(), base), self._lexicon.same)
 
     def rest(self, steps: int) -> None:
         """Let time pass."""

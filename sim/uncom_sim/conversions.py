@@ -19,9 +19,11 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from uncom_common.conversions import (
     duration_to_msg,
     header_to_msg,
+    matrix_from_pose_msg,
     pose_to_msg,
     seconds_from_msg,
     time_to_msg,
+    vector_from_msg,
     vector_to_msg,
 )
 from uncom_common.transforms import FloatArray
@@ -200,4 +202,12 @@ def sim_state_to_msg(
         words=[word.text for word in words],
         word_starts=[word.start_s for word in words],
         word_ends=[word.end_s for word in words],
+    )
+
+
+def object_states_from_msg(msg: SimState) -> tuple[ObjectState, ...]:
+    """Read where the things are."""
+    return tuple(
+        ObjectState(thing.id, thing.kind, thing.colour, matrix_from_pose_msg(thing.pose), vector_from_msg(thing.size))
+        for thing in msg.objects
     )

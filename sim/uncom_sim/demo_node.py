@@ -8,9 +8,10 @@ from typing import Any
 
 from rclpy.node import Node
 from std_srvs.srv import Trigger
-from uncom_common.conversions import matrix_from_pose_msg, seconds_from_msg, vector_from_msg
+from uncom_common.conversions import seconds_from_msg
 
 from uncom_interfaces.msg import SimState
+from uncom_sim.conversions import object_states_from_msg
 from uncom_sim.types import ObjectState
 
 
@@ -65,11 +66,4 @@ class DemoNode(Node):
         if first is None or last is None:
             return (), (), 0, 0
         contacts = int(last.robot_table_contacts), int(last.robot_bystander_contacts)
-        return (_states(first), _states(last), *contacts)
-
-
-def _states(msg: SimState) -> tuple[ObjectState, ...]:
-    return tuple(
-        ObjectState(thing.id, thing.kind, thing.colour, matrix_from_pose_msg(thing.pose), vector_from_msg(thing.size))
-        for thing in msg.objects
-    )
+        return (object_states_from_msg(first), object_states_from_msg(last), *contacts)

@@ -2,60 +2,65 @@
 """A simulated estimator of 6-DoF poses, as a robot may have one beside UNCOM (paper: iChores, GDRNet++).
 
 It stands for a system outside: it reads the truth of the world, adds an estimator's errors, and publishes what the
-optional input /uncom/object_poses takes. It is for tests and is started by hand:
-python -m uncom_sim.external_poses_node
+optional input /uncom/object_poses takes: a pose and a mesh of each thing. Nothing starts it by itself; beside a graph
+that runs: python -m uncom_sim.external_poses_node
 """
 
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import Pose
+from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from scipy.spatial.transform import Rotation
+from shape_msgs.msg import Mesh
 from uncom_common.configured_node import ConfiguredNode, run_node
-from uncom_common.conversions import matrix_from_pose_msg, pose_to_msg
+from uncom_common.conversions import matrix_from_pose_msg, pose_to_msg, seconds_from_msg
+from uncom_common.transforms import FloatArray
+from uncom_perception.conversions import mesh_to_msg
 
 from uncom_interfaces.msg import ObjectPose, ObjectPoses, SimState
-
-
-@dataclass(frozen=True)
-class ExternalPosesConfig:
-    """Errors of the estimator."""
-
-    sigma_m: float = field(default=0.006, metadata={"description": "standard deviation of positions [m]"})
-    sigma_rad: float = field(default=0.05, metadata={"description": "standard deviation of orientations [rad]"})
-    found: float = field(default=0.9, metadata={"description": "share of the things that are found in a message"})
-    seed: int = field(default=0, metadata={"description": "of the errors"})
+from uncom_sim.conversions import object_states_from_msg
+from uncom_sim.external_poses import ExternalPosesConfig, PoseEstimator, mesh_of
 
 
 class ExternalPosesNode(ConfiguredNode[ExternalPosesConfig]):
-    """Answers each state of the world with the poses that an estimator would give."""
+    """Answers states of the world with the poses that an estimator would give, in the frame of the robot's base."""
 
     def __init__(self, **node_options: Any) -> None:
         """Subscribe to the truth."""
         super().__init__("external_poses_node", ExternalPosesConfig, **node_options)
-        self._rng = np.random.default_rng(self.config.seed)
+        self._estimator = PoseEstimator(self.config)
+        self._base: FloatArray = np.eye(4)
+        self._last_s = -np.inf
         self._out = self.create_publisher(ObjectPoses, "/uncom/object_poses", 10)
         self.create_subscription(SimState, "/sim/state", self._on_state, 10)
+        # the truth is in the frame in which the base began, estimates are in that in which it is
+        self.create_subscription(Odometry, "/mobile_base_controller/odom", self._on_odometry, 10)
+
+    def _on_odometry(self, msg: Odometry) -> None:
+        self._base = matrix_from_pose_msg(msg.pose.pose)
 
     def _on_state(self, state: SimState) -> None:
+        stamp_s = seconds_from_msg(state.header.stamp)
+        if 0.0 <= stamp_s - self._last_s < 1.0 / self.config.rate_hz - 1e-6:
+            return
+        self._last_s = stamp_s
         msg = ObjectPoses(header=state.header, backend="simulated estimator")
-        for thing in state.objects:
-            if self._rng.random() < self.config.found:
-                score = float(self._rng.uniform(0.6, 0.99))
-                msg.poses.append(ObjectPose(label=thing.kind, score=score, pose=self._estimate(thing.pose)))
+        for found in self._estimator.estimate(object_states_from_msg(state), self._base):
+            item = ObjectPose(label=found.label, score=found.score, pose=pose_to_msg(found.pose))
+            if len(found.triangles):
+                item.mesh = _mesh(found.label)
+            msg.poses.append(item)
         self._out.publish(msg)
 
-    def _estimate(self, truth: Pose) -> Pose:
-        matrix = matrix_from_pose_msg(truth)
-        matrix[:3, 3] += self._rng.normal(0.0, self.config.sigma_m, 3)
-        turn = Rotation.from_rotvec(self._rng.normal(0.0, self.config.sigma_rad, 3))
-        matrix[:3, :3] = turn.as_matrix() @ matrix[:3, :3]
-        return pose_to_msg(matrix)
+
+@cache
+def _mesh(kind: str) -> Mesh:
+    """Write the mesh of a kind, once: that takes as long as ten pictures."""
+    return mesh_to_msg(*mesh_of(kind))
 
 
 def main(args: list[str] | None = None) -> None:
