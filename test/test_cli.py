@@ -6,8 +6,12 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
+from uncom_bringup.commands.common import read_picture
 
 from uncom_bringup import cli, output
 
@@ -66,6 +70,17 @@ def files(tmp_path_factory):
         "video": ("clip.mp4", b"no video at all"),
         "damaged": ("damaged.mcap", b"\x89MCAP0\r\n" + bytes(range(200))),
     }
+    picture = np.random.default_rng(0).integers(0, 255, (48, 64, 3), np.uint8)
+    for name, file, pixels in (
+        ("png", "cut.png", picture),
+        ("jpeg", "cut.jpg", picture),
+        ("tiff", "cut.tiff", picture),
+        ("depth", "cut_depth.png", picture[..., 0].astype(np.uint16) * 8),
+    ):
+        whole = cv2.imencode(Path(file).suffix, pixels)[1].tobytes()
+        contents[name] = (file, whole[: len(whole) // 2])
+    contents["picture"] = ("whole.png", cv2.imencode(".png", picture)[1].tobytes())
+    contents["camera"] = ("camera.json", b'{"fx": 60, "fy": 60, "cx": 32, "cy": 24}')
     paths = {"folder": str(folder), "none": str(folder / "none"), "out": str(folder / "out")}
     for name, (file, data) in contents.items():
         (folder / file).write_bytes(data)
@@ -81,6 +96,12 @@ BAD = {
     "sound that is text": "transcribe {text} --json",
     "picture that is text": "point {text} --json",
     "picture that is a folder": "point {folder}",
+    "picture that is cut short": "point {png} --json",
+    "JPEG that is cut short": "point {jpeg}",
+    "detect in a PNG that is cut short": "detect {png} mug --json",
+    "detect in a JPEG that is cut short": "detect {jpeg} mug",
+    "detect in a TIFF that is cut short": "detect {tiff} mug",
+    "depth that is cut short": "detect {picture} mug --depth {depth} --camera {camera}",
     "depth without camera": "detect {text} mug --depth {text}",
     "detect in text": "detect {text} mug",
     "unknown scenario": "demo --scenario xii --json --out {out}",
@@ -111,24 +132,36 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_bad_input_is_one_clear_line_and_status_2(case, files, capsys, monkeypatch):
+def test_bad_input_is_one_clear_line_and_status_2(case, files, capfd, monkeypatch):
     # In this process, to import what is heavy once; descriptor 1 stays pytest's.
     monkeypatch.setattr(output, "claim_stdout", lambda: None)
     try:
         status = cli.run([word.format(**files) for word in BAD[case].split()])
     except SystemExit as stop:
         status = stop.code
-    said = capsys.readouterr()
+    said = capfd.readouterr()  # with what native libraries write to the descriptor
     assert status == 2
     assert said.out == ""
     assert said.err.startswith("uncom")
     assert len(said.err.strip().splitlines()) == 1
 
 
-def test_bad_input_in_a_process_of_its_own_is_one_line_too(files):
-    result = uncom("point", files["text"], "--json")
+@pytest.mark.parametrize("name", ["text", "png"])
+def test_bad_input_in_a_process_of_its_own_is_one_line_too(files, name):
+    result = uncom("point", files[name], "--json")
     assert (result.returncode, result.stdout) == (2, "")
     assert len(result.stderr.strip().splitlines()) == 1
+
+
+def test_a_picture_that_is_damaged_but_can_be_read_is_used_and_told_of(tmp_path, capfd):
+    """What the JPEG library says of it becomes one line in our words."""
+    picture = np.random.default_rng(0).integers(0, 255, (48, 64, 3), np.uint8)
+    data = bytearray(cv2.imencode(".jpg", picture)[1].tobytes())
+    data[len(data) // 2 : len(data) // 2 + 60] = bytes(60)
+    path = tmp_path / "damaged.jpg"
+    path.write_bytes(data)
+    assert read_picture(path).shape == picture.shape
+    assert capfd.readouterr().err.splitlines() == [f"uncom: {path} is damaged; what could be read of it is used"]
 
 
 def test_no_command_shows_the_help_and_is_bad_use():

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import struct
+import zlib
 
 import cv2
 import numpy as np
@@ -170,7 +171,10 @@ def test_millimetres_of_other_recorders_are_read_too():
 
 
 def test_a_damaged_picture_is_an_error_in_words():
+    endless = bytearray(cv2.imencode(".png", np.zeros((4, 4), np.uint16))[1].tobytes())
+    endless[16:24] = struct.pack(">II", 400_000, 400_000)  # width and height in its header
+    endless[29:33] = struct.pack(">I", zlib.crc32(endless[12:29]))
     for decode in (image_codec.decode_colour, image_codec.decode_depth):
-        for data in (b"", b"\x89PNG but not really", bytes(100)):
+        for data in (b"", b"\x89PNG but not really", bytes(100), bytes(endless)):
             with pytest.raises(BadInputError):
                 decode(data)

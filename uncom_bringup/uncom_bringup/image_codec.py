@@ -53,10 +53,18 @@ def decode_colour(data: bytes) -> Rgb:
     Raises:
         BadInputError: not an image.
     """
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR) if data else None
+    image = _decoded(data, cv2.IMREAD_COLOR)
     if image is None:
         raise BadInputError("a compressed image is damaged or of an unknown format")
     return cast("Rgb", cv2.cvtColor(image, cv2.COLOR_BGR2RGB))
+
+
+def _decoded(data: bytes, flags: int) -> npt.NDArray[np.uint8 | np.uint16] | None:
+    """Return what OpenCV reads, None where it cannot, or will not as the picture claims to be larger than any is."""
+    try:
+        return cv2.imdecode(np.frombuffer(data, np.uint8), flags) if data else None
+    except cv2.error:
+        return None
 
 
 def encode_depth(depth: Depth) -> bytes:
@@ -101,7 +109,7 @@ def decode_depth(data: bytes, encoding: str = "") -> Depth:
         BadInputError: not a 16-bit image.
     """
     start = data.find(_PNG_MAGIC, 0, _HEADER.size + len(_PNG_MAGIC))
-    image = cv2.imdecode(np.frombuffer(data[start:], np.uint8), cv2.IMREAD_UNCHANGED) if start >= 0 else None
+    image = _decoded(data[start:], cv2.IMREAD_UNCHANGED) if start >= 0 else None
     if image is None or image.dtype != np.uint16 or image.ndim != 2:
         raise BadInputError("a compressed depth image is not a 16-bit PNG")
     known = image > 0

@@ -10,6 +10,9 @@ from __future__ import annotations
 import json
 import os
 import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, TextIO
 
 
@@ -52,3 +55,27 @@ def note(line: str) -> None:
     """Write one line for the person who waits: progress, warnings."""
     sys.stderr.write(line + "\n")
     sys.stderr.flush()
+
+
+@contextmanager
+def held_back() -> Iterator[list[str]]:
+    """Hold back what native libraries write to descriptor 2 in this context; the list has its lines afterwards.
+
+    For a short call that tells by its result how it ended; the caller puts it into words.
+    """
+    lines: list[str] = []
+    try:
+        sys.stderr.flush()
+        errors = os.dup(2)
+    except (OSError, ValueError):  # no real descriptors
+        yield lines
+        return
+    with tempfile.TemporaryFile() as kept:
+        os.dup2(kept.fileno(), 2)
+        try:
+            yield lines
+        finally:
+            os.dup2(errors, 2)
+            os.close(errors)
+            kept.seek(0)
+            lines += kept.read().decode("utf-8", "replace").splitlines()

@@ -4,17 +4,19 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
+from uncom_bringup import output
 from uncom_bringup.exceptions import BadInputError, OutputExistsError
 
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+Picture = TypeVar("Picture")
 # `subparsers` is private to argparse by name only.
 SubParsers = argparse._SubParsersAction  # noqa: SLF001
 
@@ -65,17 +67,32 @@ def existing_file(text: str) -> Path:
 
 
 def read_picture(path: Path) -> npt.NDArray[np.uint8]:
-    """Read a picture file as RGB (H, W, 3).
+    """Read a picture file as RGB (H, W, 3); one that is damaged but can be read is told of in one line.
 
     Raises:
-        BadInputError: it is no picture.
+        BadInputError: it is no picture, or it is cut short.
     """
     from uncom_bringup import image_codec  # noqa: PLC0415  (OpenCV is slow to import)
 
+    wrong = f"{path} is not a picture that can be read (JPEG, PNG, BMP, TIFF, WebP), or it is cut short"
+    return decoded(path, image_codec.decode_colour, wrong)
+
+
+def decoded(path: Path, decode: Callable[[bytes], Picture], wrong: str) -> Picture:
+    """Decode a file; `wrong` is said of one that cannot be. OpenCV's and libpng's own lines are not for users.
+
+    Raises:
+        BadInputError: `decode` does.
+    """
+    data = path.read_bytes()
     try:
-        return image_codec.decode_colour(path.read_bytes())
+        with output.held_back() as lines:
+            picture = decode(data)
     except BadInputError as error:
-        raise BadInputError(f"{path} is not a picture that can be read (JPEG, PNG, BMP, TIFF, WebP)") from error
+        raise BadInputError(wrong) from error
+    if lines:
+        output.note(f"uncom: {path} is damaged; what could be read of it is used")
+    return picture
 
 
 def positive_float(text: str) -> float:

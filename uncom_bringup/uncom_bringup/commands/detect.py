@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from uncom_bringup import output
-from uncom_bringup.commands.common import SubParsers, add_json, existing_file, read_picture
+from uncom_bringup.commands.common import SubParsers, add_json, decoded, existing_file, read_picture
 from uncom_bringup.exceptions import BadInputError
 
 if TYPE_CHECKING:
@@ -35,14 +35,12 @@ def read_depth(path: Path) -> npt.NDArray[np.float32]:
     """Read a depth picture as metres (H, W), unknown as NaN.
 
     Raises:
-        BadInputError: it is not a 16-bit PNG.
+        BadInputError: it is not a 16-bit PNG, or it is cut short.
     """
     from uncom_bringup import image_codec  # noqa: PLC0415  (OpenCV is slow to import)
 
-    try:
-        return image_codec.decode_depth(path.read_bytes())
-    except BadInputError as error:
-        raise BadInputError(f"{path} is not a depth picture (16-bit PNG in millimetres)") from error
+    wrong = f"{path} is not a depth picture (16-bit PNG in millimetres), or it is cut short"
+    return decoded(path, image_codec.decode_depth, wrong)
 
 
 def read_camera(path: Path, shape: Sequence[int]) -> PinholeCamera:
