@@ -28,22 +28,22 @@ from uncom_tiago_exec.exceptions import (
 from uncom_tiago_exec.grasps import Grasp, grasp_candidates
 from uncom_tiago_exec.letting_go import let_go
 from uncom_tiago_exec.placing import Destination, destination
-from uncom_tiago_exec.plan import GripStep, Plan, Step
+from uncom_tiago_exec.plan import Plan, Step
 from uncom_tiago_exec.pouring import find_pour
 from uncom_tiago_exec.pushing import find_pushes, pushing_steps
 from uncom_tiago_exec.reaches import (
     Reach,
-    end_at,
     giving_steps,
-    move,
     placing_steps,
+    pointing_steps,
     pouring_steps,
     taking_steps,
 )
 from uncom_tiago_exec.robot_model import RobotModel
 from uncom_tiago_exec.scene_model import SceneModel, build_scene, replace_moved
+from uncom_tiago_exec.shadows import shadows_of
 from uncom_tiago_exec.showing import pointing
-from uncom_tiago_exec.types import SIDES, FloatArray, ManipulationTask, Side, Stage
+from uncom_tiago_exec.types import SIDES, FloatArray, ManipulationTask, Side
 
 _LOG = logging.getLogger(__name__)
 _ENOUGH = 3  # grasps that work, to choose the quickest of
@@ -81,9 +81,32 @@ class PickPlacePlanner:
         Raises:
             RefusedError: it cannot be done; the text says why (out of reach, in the way, no place, ...).
         """
-        started, began = time.monotonic(), time.thread_time()
+        started = time.monotonic()
         scene = build_scene(task)
         goal = destination(task, scene.moved, scene.target) if task.primitive in (*PLACING, "push", "pour") else None
+        shadows = shadows_of(scene, self.robot.camera(positions), None if goal is None else goal.xy)
+        if shadows:
+            careful = replace(scene, shadows=shadows, _solids={})
+            try:
+                plan = self._plan_in(careful, task, positions, goal, avoid, like, started)
+            except (InCollisionError, PlanningError) as error:
+                _LOG.debug("not without going where nothing is seen: %s", error)
+            else:
+                return replace(plan, scene=scene)
+        return self._plan_in(scene, task, positions, goal, avoid, like, started)
+
+    def _plan_in(
+        self,
+        scene: SceneModel,
+        task: ManipulationTask,
+        positions: Mapping[str, float],
+        goal: Destination | None,
+        avoid: Sequence[FloatArray],
+        like: Plan | None,
+        started: float,
+    ) -> Plan:
+        """Plan a task in a scene."""
+        began = time.thread_time()
         arms = {side: ArmPlanner(self.robot, side, positions, scene, self.config) for side in SIDES}
         if task.primitive == "push":
             return self._timed_plan(
@@ -158,15 +181,7 @@ class PickPlacePlanner:
     def _pointed(self, arms: Mapping[Side, ArmPlanner], scene: SceneModel) -> Plan:
         """Plan to point at the thing with closed fingers, and to come back."""
         arm, q = pointing(arms, scene)
-        free, home = arm.free(0.0), arm.group.clamp(arm.start)
-        go = arm.transit(free, home, [q])
-        steps: tuple[Step, ...] = (
-            GripStep(Stage.APPROACHING, 0.0, detail="closing the fingers"),
-            move(arm, Stage.APPROACHING, (go, free, 0.8), "pointing at it"),
-            move(arm, Stage.HOMING, (end_at(go[::-1], arm.start), free, 1.0), "back to the start"),
-            GripStep(Stage.HOMING, arm.start_gap, detail="fingers as before"),
-        )
-        return Plan(arm.side, steps, scene)
+        return Plan(arm.side, pointing_steps(arm, q), scene)
 
     def _reaches(
         self, ordered: Sequence[tuple[ArmPlanner, Grasp]], goal: Destination | None, task: ManipulationTask
@@ -181,10 +196,7 @@ class PickPlacePlanner:
         return self._search(ordered, goal, task)
 
     def _search(
-        self,
-        ordered: Sequence[tuple[ArmPlanner, Grasp]],
-        goal: Destination | None,
-        task: ManipulationTask,
+        self, ordered: Sequence[tuple[ArmPlanner, Grasp]], goal: Destination | None, task: ManipulationTask
     ) -> list[Reach]:
         """Return the first few grasps that work from start to end, cheapest first."""
         deadline = time.thread_time() + self.config.planning_time_s  # a busy machine gets the same search

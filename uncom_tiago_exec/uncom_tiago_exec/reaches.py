@@ -84,6 +84,18 @@ def giving_steps(reach: Reach) -> tuple[Step, ...]:
     return (move(arm, Stage.TRANSFERRING, (way, carrying, min(reach.carrying_pace, 0.8)), "holding it out"),)
 
 
+def pointing_steps(arm: ArmPlanner, q: FloatArray) -> tuple[Step, ...]:
+    """Return the steps to a configuration (8,) that points, and back."""
+    free = arm.free(0.0)
+    go = arm.transit(free, arm.group.clamp(arm.start), [q])
+    return (
+        GripStep(Stage.APPROACHING, 0.0, detail="closing the fingers"),
+        move(arm, Stage.APPROACHING, (go, free, 0.8), "pointing at it"),
+        move(arm, Stage.HOMING, (end_at(go[::-1], arm.start), free, 1.0), "back to the start"),
+        GripStep(Stage.HOMING, arm.start_gap, detail="fingers as before"),
+    )
+
+
 def pouring_steps(reach: Reach, pour: Pour) -> tuple[Step, ...]:
     """Return the steps from the lifted thing to over the target, tilting there, and upright again."""
     arm, carrying = reach.arm, reach.arm.carrying(reach.grasp, frozenset())

@@ -28,6 +28,7 @@ from uncom_tiago_exec.reach_bounds import ReachBounds
 from uncom_tiago_exec.types import FloatArray, Side
 
 _LOG = logging.getLogger(__name__)
+_CAMERAS = ("head_front_camera_rgb_optical_frame", "xtion_rgb_optical_frame", "head_2_link")
 _IGNORED_LINKS = re.compile(r"caster|wheel|antenna|suspension|cover|sonar|mic")
 TORSO_JOINT = "torso_lift_joint"
 HEAD_JOINTS = ("head_1_joint", "head_2_joint")
@@ -117,6 +118,19 @@ class RobotModel:
                 if joint.nq == 1:
                     q[joint.idx_q] = value
         return q
+
+    def camera(self, positions: Mapping[str, float]) -> FloatArray:
+        """Return where the head's camera is in base_footprint (3,) [m].
+
+        Raises:
+            RobotModelError: the robot has no head.
+        """
+        frame = next((name for name in _CAMERAS if self.model.existFrame(name)), None)
+        if frame is None:
+            raise RobotModelError(f"/robot_description has none of the frames {', '.join(_CAMERAS)}")
+        data = self.model.createData()
+        pin.framesForwardKinematics(self.model, data, self.configuration(positions))
+        return np.array(data.oMf[self.model.getFrameId(frame)].translation)
 
     def group(self, side: Side, positions: Mapping[str, float]) -> ArmGroup:
         """Return torso and one arm, all other joints locked where they are."""

@@ -19,13 +19,17 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class SceneModel:
-    """The thing to move, the receiving thing (or None), the other things, and the table as solids."""
+    """The thing to move, the receiving thing (or None), the other things, and the table as solids.
+
+    shadows are solids in the space that is not seen, which motions are to keep out of.
+    """
 
     moved: ObjectShape
     target: ObjectShape | None
     others: tuple[ObjectShape, ...]
     table: Obstacle
     table_z: float
+    shadows: tuple[Obstacle, ...] = ()
     _solids: dict[str, tuple[Obstacle, ...]] = field(default_factory=dict, repr=False, compare=False)  # made once
 
     @property
@@ -41,7 +45,8 @@ class SceneModel:
             self._solids["still"] = tuple(solid for shape in shapes for solid in solids_of(shape))
             self._solids["moved"] = solids_of(self.moved)
             self._solids["held"] = solids_of(self.moved, pad=0.001)
-        return (self.table, *self._solids["still"], *(self._solids["moved"] if with_moved else ()))
+        moved = self._solids["moved"] if with_moved else ()
+        return (self.table, *self._solids["still"], *self.shadows, *moved)
 
     @property
     def moved_solids(self) -> tuple[Obstacle, ...]:
