@@ -30,6 +30,7 @@ _LEAN = 0.7  # [rad] of a hand at most
 _ALONG = (90.0, 75.0)  # pitches of hands that lean along a wall
 _FEW = 20  # points that tell no slope
 _HALF_OPEN = 0.035  # [m] from the middle to the outside of fingers that are opened a little
+_OVER_RIM = 0.036  # [m] that tips go below a border, if its floor allows: pads so long bear the weight beside them
 _PAST, _DEEPER = 0.008, 0.05  # [m] that tips go beyond the widest place between the pads, and beyond its middle at most
 _NEARLY = 0.97  # of the greatest width
 
@@ -190,7 +191,7 @@ def _tip_depth(
     shape: ObjectShape, gripper: GripperShape, hand: Hand, place: FloatArray, local: FloatArray, family: str
 ) -> float | None:
     """Return how far beyond `place` the finger tips go along the approach, or None if they cannot."""
-    wanted = 0.028 if family == "rim" else max(0.022, min(_widest(local, gripper) + _PAST, _DEEPER))
+    wanted = _OVER_RIM if family == "rim" else max(0.022, min(_widest(local, gripper) + _PAST, _DEEPER))
     in_palm = (np.abs(local[:, 2]) <= gripper.body[1]) & (np.abs(local[:, 1]) <= gripper.body[0])
     if family == "across" and shape.rim is not None and in_palm.any():
         wanted = 0.03
