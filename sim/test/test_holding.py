@@ -2,11 +2,13 @@
 """What is held by friction stays where it is between the pads, however long it is held."""
 
 import numpy as np
+import pybullet
 import pytest
 from uncom_common.transforms import invert
 from uncom_sim.bench_execution import task_of
 from uncom_sim.bench_execution_cases import Case
 from uncom_sim.bench_robot import SteppedRobot
+from uncom_sim.contacts import ContactCounter
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.simulator import Simulator
 from uncom_sim.types import Meaning, Scene, SceneObject
@@ -44,3 +46,15 @@ def test_a_thing_that_is_held_neither_slides_nor_turns(kind, y):
         assert np.degrees(turn) < 1.0
     finally:
         simulator.close()
+
+
+@pytest.mark.parametrize(("distance_m", "force_n", "held"), [(-1e-4, 9.0, 1), (5e-6, 9.0, 1), (5e-6, 0.0, 0)])
+def test_what_presses_touches_though_the_engine_leaves_some_micrometres_between(monkeypatch, distance_m, force_n, held):
+    """A mug hung between two pads, one of them 5 micrometres away with 16 N; what is only near is not held."""
+    robot, thing = 1, 2
+    one = (0, robot, thing, 13, -1, (), (), (), -1e-4, 9.0)
+    other = (0, robot, thing, 14, -1, (), (), (), distance_m, force_n)
+    monkeypatch.setattr(pybullet, "getContactPoints", lambda *_, **__: (one, other))
+    counter = ContactCounter(0, robot, 3, {"mug": thing}, {13: 0, 14: 0})
+    counter.update(1.0)
+    assert len(counter.between_fingers) == held

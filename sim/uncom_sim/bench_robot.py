@@ -95,7 +95,8 @@ class SteppedRobot(RobotInterface):
         scene = self._detector.detect(rgb, depth, HEAD_CAMERA, camera, ["objects"])
         if self._estimate is None:
             return scene
-        return with_models(scene, self._estimate(self.simulator.object_states(), base), self._lexicon.same)
+        models = self._estimate(self.simulator.object_states(), base)
+        return with_models(scene, models, self._lexicon.same, camera[:3, 3])
 
     def rest(self, steps: int) -> None:
         """Let time pass."""

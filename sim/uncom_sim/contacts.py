@@ -34,7 +34,8 @@ class ContactCounter:
         touched = set()
         for contact in pybullet.getContactPoints(self._robot, physicsClientId=self._client):
             link, other = (contact[3], contact[2]) if contact[1] == self._robot else (contact[4], contact[1])
-            if contact[8] > 0.0 or (other != self._table and other not in self._names):
+            near_only = contact[8] > 0.0 and contact[9] <= 0.0  # what presses may be some micrometres away
+            if near_only or (other != self._table and other not in self._names):
                 continue
             touched.add(other)
             self._forces[other] = max(self._forces.get(other, 0.0), float(contact[9]))

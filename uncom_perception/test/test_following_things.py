@@ -17,6 +17,7 @@ from uncom_perception.objects.models import with_models
 from uncom_perception.objects.tabletop import TabletopDetector
 from uncom_perception.objects.tracking import ObjectTracker
 from uncom_perception.types import ObjectModel
+from uncom_sim.external_poses import mesh_of
 
 RED = (0.6, 0.2, 0.08, 0.08, 0.1, (200, 30, 30))
 BLUE = (0.65, -0.2, 0.12, 0.06, 0.06, (30, 60, 200))
@@ -170,6 +171,40 @@ def test_a_mesh_that_does_not_fit_what_is_seen_changes_nothing(detector):
     for vertices, faces in ((corners * 1.6, triangles), (corners, triangles[:0])):
         found = with_models(scene, [ObjectModel("box", 0.9, pose, vertices, faces)], load_lexicon().same)
         assert found.detections[0].geometry.size == pytest.approx(scene.detections[0].geometry.size)
+
+
+@pytest.fixture(scope="module")
+def seen_cup(detector):
+    """A scene with a cup as it is seen, and the pose (4, 4) of the cup."""
+    scene = {"objects": [{"id": "a", "kind": "cup", "x": 0.62, "y": 0.1}], "say": "take this", "point_object": "a"}
+    picture = takes(scene, 4)[0]
+    pose = np.eye(4)
+    pose[:3, 3] = picture.places["a"]
+    return detector.detect(picture.rgb, picture.depth, CAMERA, POSE, []), pose
+
+
+@pytest.mark.parametrize("inside_out", [False, True])
+def test_the_two_sides_of_a_thin_wall_are_told_apart_by_where_the_camera_was(seen_cup, inside_out):
+    """Whatever the estimator's error, and whichever way round the corners of the mesh go."""
+    scene, pose = seen_cup
+    vertices, triangles = mesh_of("cup")
+    rng = np.random.default_rng(7)
+    for _ in range(8):
+        wrong = pose.copy()
+        wrong[:3, 3] += rng.normal(0.0, 0.006, 3)
+        outside = ObjectModel("cup", 0.9, wrong, vertices, triangles[:, ::-1] if inside_out else triangles)
+        (cup,) = with_models(scene, [outside], load_lexicon().same, POSE[:3, 3]).detections
+        assert cup.geometry.centroid == pytest.approx(pose[:3, 3], abs=0.002)
+        assert cup.geometry.size == pytest.approx((0.084, 0.084, 0.08), abs=0.002)
+
+
+def test_the_side_that_a_thing_stands_on_is_not_in_its_cloud(seen_cup):
+    """The lowest points inside the edge are those of the cup's floor, 6 mm above the table, as they are seen."""
+    scene, pose = seen_cup
+    outside = ObjectModel("cup", 0.9, pose, *mesh_of("cup"))
+    (cup,) = with_models(scene, [outside], load_lexicon().same, POSE[:3, 3]).detections
+    inside = np.linalg.norm(cup.geometry.cloud[:, :2] - pose[:2, 3], axis=1) < 0.02
+    assert cup.geometry.cloud[inside, 2].min() == pytest.approx(pose[2, 3] - 0.04 + 0.006, abs=0.002)
 
 
 def test_of_two_models_in_one_place_the_name_decides(detector):

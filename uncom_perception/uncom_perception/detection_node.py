@@ -39,7 +39,7 @@ from uncom_perception.conversions import (
 from uncom_perception.depth.dpt import table_scale
 from uncom_perception.depth.estimator import make_depth_estimator
 from uncom_perception.exceptions import InvalidImageError
-from uncom_perception.frames import RawBuffer
+from uncom_perception.frames import RawBuffer, stamp_of
 from uncom_perception.objects.backends import detector_of
 from uncom_perception.objects.lexicon import load_lexicon
 from uncom_perception.objects.models import with_models
@@ -62,14 +62,14 @@ class DetectionNode(ConfiguredNode[DetectionConfig]):
         self._estimator = make_depth_estimator(config.depth_backend, config.depth_model, config.device)
         self._tracker = ObjectTracker() if self.config.track_objects else None
         self._lexicon = load_lexicon(self.config.lexicon or None)
-        self._poses: deque[ObjectPoses] = deque(maxlen=20)
+        self._poses: deque[bytes] = deque(maxlen=20)  # serialized: meshes are read only where somebody asks
         self._frames = RawBuffer(self.config.buffer_s)
         self._camera: CameraInfo | None = None
         group = MutuallyExclusiveCallbackGroup()
         self.create_service(Detect, "/uncom/detect", self._detect, callback_group=group)
         self.create_service(Segment, "/uncom/segment", self._segment, callback_group=group)
         self.create_service(EstimateDepth, "/uncom/estimate_depth", self._estimate, callback_group=group)
-        self.create_subscription(ObjectPoses, "/uncom/object_poses", self._on_poses, 10)
+        self.create_subscription(ObjectPoses, "/uncom/object_poses", self._on_poses, 10, raw=True)
         if self.config.buffer_s > 0.0:
             self._subscribe_images()
         names = (self._detector.name, self._segmenter.name, self._estimator.name)
@@ -84,7 +84,7 @@ class DetectionNode(ConfiguredNode[DetectionConfig]):
         self.create_subscription(Image, depth, self._frames.add_depth, qos, callback_group=group, raw=True)
         self.create_subscription(CameraInfo, f"{_CAMERA}/rgb/camera_info", self._on_info, qos, callback_group=group)
 
-    def _on_poses(self, msg: ObjectPoses) -> None:
+    def _on_poses(self, msg: bytes) -> None:
         self._poses.append(msg)
 
     def _on_info(self, msg: CameraInfo) -> None:
@@ -135,10 +135,10 @@ class DetectionNode(ConfiguredNode[DetectionConfig]):
 
     def _with_models(self, scene: Scene, camera_frame: str, pose: FloatArray | None) -> Scene:
         """Match the poses of an outside estimator, if there are any of about this time, to what is seen."""
-        near = [m for m in self._poses if abs(self._age(m, scene)) <= self.config.model_age_s]
+        near = [raw for raw in tuple(self._poses) if abs(_age_s(raw, scene)) <= self.config.model_age_s]
         if not near:
             return scene
-        msg = min(near, key=lambda m: abs(self._age(m, scene)))
+        msg = deserialize_message(min(near, key=lambda raw: abs(_age_s(raw, scene))), ObjectPoses)
         models = models_from_msg(msg)
         if msg.header.frame_id == camera_frame and pose is not None and scene.frame_id != camera_frame:
             models = tuple(dataclasses.replace(m, pose=pose @ m.pose) for m in models)
@@ -146,11 +146,8 @@ class DetectionNode(ConfiguredNode[DetectionConfig]):
             frames = f"{msg.header.frame_id} is neither {scene.frame_id} nor {camera_frame}"
             self.get_logger().warning(f"object poses are left out: their frame {frames}", throttle_duration_sec=10.0)
             return scene
-        return with_models(scene, models, self._lexicon.same)
-
-    @staticmethod
-    def _age(msg: ObjectPoses, scene: Scene) -> float:
-        return seconds_from_msg(msg.header.stamp) - scene.stamp_s
+        eye = np.zeros(3) if pose is None else pose[:3, 3]
+        return with_models(scene, models, self._lexicon.same, eye)
 
     def _segment(self, request: Segment.Request, response: Segment.Response) -> Segment.Response:
         response.backend = self._segmenter.name
@@ -187,6 +184,10 @@ class DetectionNode(ConfiguredNode[DetectionConfig]):
             self.get_logger().warning("the scale of the depth is not checked: no table seen in it")
             return depth
         return np.asarray(depth * np.float32(factor))
+
+
+def _age_s(raw: bytes, scene: Scene) -> float:
+    return stamp_of(raw) * 1e-9 - scene.stamp_s
 
 
 def main(args: list[str] | None = None) -> None:

@@ -23,10 +23,16 @@ _LEAST = 0.35  # agreement below which a model is of something else
 _ON_MESH, _FEWEST, _ENOUGH, _ROUNDS = 4000, 30, 600, 8  # points on a mesh and of what is seen
 _ARM_M = 0.05  # a turn counts as much as a shift so far from the middle
 _STIFF = 0.003  # how little a side of which next to nothing is seen moves it
+_FACES_DOWN, _FOOT_M = -0.7, 0.015  # a side so level and so low is the one that a thing stands on
 _FITS_M, _FARTHEST_M = 0.006, 0.04  # how far what is seen lies from the mesh, and how far that may be shifted
 
 
-def with_models(scene: Scene, models: Sequence[ObjectModel], same_name: Callable[[str, str], bool]) -> Scene:
+def with_models(
+    scene: Scene,
+    models: Sequence[ObjectModel],
+    same_name: Callable[[str, str], bool],
+    eye: FloatArray | None = None,
+) -> Scene:
     """Give each thing the outside model that overlaps it best, if any does; names that agree count, too.
 
     A thing whose model has a mesh is as large as that from then on, and its cloud is of all of its surface.
@@ -35,6 +41,7 @@ def with_models(scene: Scene, models: Sequence[ObjectModel], same_name: Callable
         scene: with geometry.
         models: in the scene's frame.
         same_name: whether two words mean the same kind of thing.
+        eye: where the camera was (3,), in the scene's frame; None if that is not known.
     """
     things = [d for d in scene.detections if d.geometry is not None]
     if not things or not models:
@@ -44,29 +51,37 @@ def with_models(scene: Scene, models: Sequence[ObjectModel], same_name: Callable
     for i, j in zip(*linear_sum_assignment(-agreement), strict=True):
         if agreement[i, j] >= _LEAST:
             chosen[things[i].id] = models[int(j)]
-    return replace(scene, detections=tuple(_with_model(d, chosen.get(d.id)) for d in scene.detections))
+    return replace(scene, detections=tuple(_with_model(d, chosen.get(d.id), eye) for d in scene.detections))
 
 
-def _with_model(detection: Detection, model: ObjectModel | None) -> Detection:
+def _with_model(detection: Detection, model: ObjectModel | None, eye: FloatArray | None) -> Detection:
     body = detection.geometry
-    return replace(detection, model=model, geometry=completed(body, model) if body is not None and model else body)
+    return replace(detection, model=model, geometry=completed(body, model, eye) if body is not None and model else body)
 
 
-def completed(body: Geometry, model: ObjectModel) -> Geometry:
+def completed(body: Geometry, model: ObjectModel, eye: FloatArray | None = None) -> Geometry:
     """Return a seen thing as its model's mesh completes it; as it is if there is no mesh, or one that does not fit.
 
-    The estimator's error is taken out as far as what is seen tells it: the mesh is moved to the seen points.
+    The estimator's error is taken out as far as what is seen tells it: the mesh is moved to the seen points. The side
+    that it stands on is left out of the cloud: no hand gets there, and inside an edge it would pass for the floor.
+
+    Args:
+        body: the thing as it is seen.
+        model: in the frame of the body.
+        eye: where the camera was (3,) in that frame: only sides that face it are seen. Thin walls have two.
     """
     surface, normals = _surface(model)
     if len(surface) == 0 or len(body.cloud) < _FEWEST:
         return body
     to_body = invert(body.pose)
-    local = apply(to_body, surface)
+    local, turned = apply(to_body, surface), normals @ to_body[:3, :3].T
     seen = apply(to_body, body.cloud[:: max(1, len(body.cloud) // _ENOUGH)].astype(float))
-    correction, away = _correction(local, normals @ to_body[:3, :3].T, seen)
-    if away > _FITS_M or float(np.linalg.norm(correction[:3, 3])) > _FARTHEST_M:
+    correction = None if eye is None else _correction(local, turned, seen, apply(to_body, eye[None])[0])
+    if correction is None:  # a mesh that is not closed has no outside
+        correction = _correction(local, turned, seen, None)
+    if correction is None:
         return body
-    local = apply(correction, local)
+    local, upwards = apply(correction, local), turned @ correction[2, :3]
     (x, y), (a, b), angle = cv2.minAreaRect(local[:, :2].astype(np.float32))
     if b > a:
         a, b, angle = b, a, angle + 90.0
@@ -76,15 +91,23 @@ def completed(body: Geometry, model: ObjectModel) -> Geometry:
     inner[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
     inner[:3, 3] = (x, y, 0.5 * (low + high))
     pose = body.pose @ inner
-    cloud = apply(body.pose, local).astype(np.float32)
+    under = (upwards < _FACES_DOWN) & (local[:, 2] < low + _FOOT_M)
+    cloud = apply(body.pose, local[~under]).astype(np.float32)
     return Geometry(pose[:3, 3].copy(), pose, np.array([a, b, high - low]), cloud)
 
 
-def _correction(surface: FloatArray, normals: FloatArray, seen: FloatArray) -> tuple[FloatArray, float]:
-    """Return the small motion (4, 4) of a surface (N, 3) to what is seen of it (M, 3), and how far that is then [m].
+def _correction(
+    surface: FloatArray, normals: FloatArray, seen: FloatArray, eye: FloatArray | None
+) -> FloatArray | None:
+    """Return the small motion (4, 4) of a surface (N, 3) to what is seen of it (M, 3), or None if it does not fit.
 
     Each seen point draws along the surface's normal (N, 3) only, so that sides of which little is seen count, too.
     """
+    if eye is not None:
+        facing = np.einsum("ij,ij->i", normals, eye - surface) > 0.0
+        surface, normals = surface[facing], normals[facing]
+    if len(surface) < _FEWEST:
+        return None
     motion = np.eye(4)
     for _ in range(_ROUNDS):
         points, towards = apply(motion, surface), normals @ motion[:3, :3].T
@@ -99,11 +122,12 @@ def _correction(surface: FloatArray, normals: FloatArray, seen: FloatArray) -> t
         turn[:3, :3] = Rotation.from_rotvec(step[3:] / _ARM_M).as_matrix()
         turn[:3, 3] = step[:3]
         motion = turn @ motion
-    return motion, float(np.median(cKDTree(apply(motion, surface)).query(seen)[0]))
+    left = float(np.median(cKDTree(apply(motion, surface)).query(seen)[0]))
+    return motion if left <= _FITS_M and float(np.linalg.norm(motion[:3, 3])) <= _FARTHEST_M else None
 
 
 def _surface(model: ObjectModel) -> tuple[FloatArray, FloatArray]:
-    """Return points (N, 3) spread over a model's mesh and their unit normals, as its pose places it; none without."""
+    """Return points (N, 3) spread over a model's mesh and their outward unit normals, as its pose places it."""
     if len(model.triangles) == 0:
         return np.zeros((0, 3)), np.zeros((0, 3))
     corners = model.vertices[model.triangles]
@@ -112,6 +136,9 @@ def _surface(model: ObjectModel) -> tuple[FloatArray, FloatArray]:
     areas = np.linalg.norm(normals, axis=1)
     if float(areas.sum()) <= 0.0:
         return np.zeros((0, 3)), np.zeros((0, 3))
+    middle = corners.mean(axis=(0, 1))
+    if float(np.einsum("ij,ij->", corners[:, 0] - middle, normals)) < 0.0:  # of its volume: the corners go clockwise
+        normals = -normals
     rng = np.random.default_rng(0)
     chosen = rng.choice(len(areas), _ON_MESH, p=areas / areas.sum())
     share = rng.random((_ON_MESH, 2))
