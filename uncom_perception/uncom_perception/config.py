@@ -53,6 +53,9 @@ class DetectionConfig:
     device: str = field(default="auto", metadata={"description": "where models with weights run: auto, cpu, cuda"})
     box_threshold: float = field(default=0.3, metadata={"description": "grounding_dino: least score of a box"})
     text_threshold: float = field(default=0.25, metadata={"description": "grounding_dino: least score of a word"})
+    detection_batch: int = field(
+        default=4, metadata={"description": "grounding_dino: phrases of one request that are looked for at once"}
+    )
     sam_boxes: bool = field(default=False, metadata={"description": "prompt sam by boxes, not by centre points"})
     camera_above_table_m: float = field(
         default=0.0, metadata={"description": "scale estimated depth to this height of the camera, 0 for not [m]"}
@@ -63,3 +66,8 @@ class DetectionConfig:
         default=0.5, metadata={"description": "poses from outside count so long before and after [s]"}
     )
     reliable_images: bool = field(default=True, metadata={"description": "reliable instead of best-effort images"})
+
+    def __post_init__(self) -> None:
+        """Reject values that cannot work."""
+        if self.detection_batch < 1:
+            raise InvalidConfigError("detection_batch", self.detection_batch, "must be at least 1")

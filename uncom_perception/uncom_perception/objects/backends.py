@@ -22,6 +22,7 @@ def make_detector(
     device: str = "auto",
     box_threshold: float = 0.3,
     text_threshold: float = 0.25,
+    batch: int = 4,
     segmenter: Segmenter | None = None,
 ) -> ObjectDetector:
     """Make a detector; all but the lexicon is for those with weights.
@@ -39,7 +40,7 @@ def make_detector(
             load_grounding_dino,
         )
 
-        options = GroundingOptions(box_threshold, text_threshold)
+        options = GroundingOptions(box_threshold, text_threshold, batch=batch)
         return load_grounding_dino(segmenter if segmenter is not None else ClusterSegmenter(), model, device, options)
     return TabletopDetector(load_lexicon(lexicon or None))
 
@@ -53,5 +54,6 @@ def detector_of(config: DetectionConfig, segmenter: Segmenter) -> ObjectDetector
         device=config.device,
         box_threshold=config.box_threshold,
         text_threshold=config.text_threshold,
+        batch=config.detection_batch,
         segmenter=segmenter,
     )

@@ -70,7 +70,10 @@ class GroundingDinoDetector(ObjectDetector):
     def boxes(
         self, images: Sequence[RgbImage], queries: Sequence[str]
     ) -> list[tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]]:
-        """Return boxes (N, 4) [px] and scores (N,) for each pair of an image and a query, several pairs at once."""
+        """Return boxes (N, 4) [px] and scores (N,) for each pair of an image and a query, several pairs at once.
+
+        Pairs may be of one frame with several queries, or of several frames (of object and target, say).
+        """
         torch = require("torch")
         found = []
         for start in range(0, len(queries), self._options.batch):
@@ -106,7 +109,9 @@ class GroundingDinoDetector(ObjectDetector):
         queries = [_TABLE_QUERY] + [query_of(p) for p in phrases if not is_table(p)]
         if len(queries) == 1:
             queries.append(query_of("objects"))
-        (tables, table_scores), *per_query = self.boxes([image_rgb] * len(queries), queries)
+        unique = list(dict.fromkeys(queries))  # "the mug" and "mug in the bowl" are one query
+        answers = dict(zip(unique, self.boxes([image_rgb] * len(unique), unique), strict=True))
+        (tables, table_scores), *per_query = (answers[query] for query in queries)
         view = None
         if depth is not None and camera is not None:
             try:
