@@ -1,16 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """What one arm cannot bring all the way goes by the middle of the table."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from exec_fixtures import ball_cloud, cylinder_cloud, make_task, robot
+from exec_fixtures import ObedientRobot, ball_cloud, cylinder_cloud, make_task, robot
 from uncom_sim.bench_execution import run_case
 from uncom_sim.bench_execution_cases import Case
 from uncom_sim.bench_planning_scenes import detection
 from uncom_sim.scene import scene_from_dict
 from uncom_sim.types import Meaning
+from uncom_tiago_exec.config import ExecutionConfig
+from uncom_tiago_exec.exceptions import UnreachableError
+from uncom_tiago_exec.from_nearer import FromNearer
+from uncom_tiago_exec.grasps import Grasp
 from uncom_tiago_exec.midway import after_moving, middle_places, to_middle
 from uncom_tiago_exec.obstacles import upright
+from uncom_tiago_exec.pick_place import PickPlacePlanner
+from uncom_tiago_exec.plan import Plan
+from uncom_tiago_exec.scene_model import build_scene
 
 
 def lemon_far_from_its_place(*others):
@@ -53,3 +62,25 @@ def test_a_can_goes_from_one_end_of_the_table_to_the_other_by_both_arms():
     assert {s.arm for s in run.told if s.arm} == {"left", "right"}
     assert run.table_touches == 0
     assert run.home_error < 0.02
+
+
+def test_where_it_has_to_drive_anyhow_it_drives_to_where_it_can_take_hold_well():
+    """A plan with a doubtful grasp from nearer is left for a much better one from nearer still."""
+
+    class Plans(PickPlacePlanner):
+        def plan(self, task, positions, avoid=(), like=None):
+            ahead = round(float(0.9 - np.mean(task.object.geometry.cloud[:, 0])), 2)
+            quality = {0.06: self.qualities[0], 0.12: self.qualities[1]}.get(ahead)
+            if quality is None:
+                raise UnreachableError("object")
+            return Plan("left", (), build_scene(task), Grasp(np.eye(4), 0.02, 0.05, 0.1, quality, "across"))
+
+    can = detection("can", cylinder_cloud(0.9, 0.2, 0.03, 0.1, np.random.default_rng(1)))
+    cloud = np.asarray(can.geometry.cloud)
+    cloud = (cloud + np.array([0.9 - cloud[:, 0].mean(), 0.0, 0.0])).astype(np.float32)
+    can = replace(can, geometry=replace(can.geometry, cloud=cloud))
+    planner = Plans(robot(), ExecutionConfig())
+    machine = ObedientRobot(None, [0.06])
+    for planner.qualities, expected in (((0.1, 0.5), 0.12), ((0.1, 0.12), 0.06), ((0.4, 0.9), 0.06)):
+        found = FromNearer(planner, machine, ExecutionConfig()).reaching(make_task([can], "pick"), 1)
+        assert found[0] == expected

@@ -271,7 +271,7 @@ def test_a_base_stopped_on_its_way_is_driven_back_as_far_as_it_had_come():
             self.place += distance
             return distance
 
-    can = detection("can", cylinder_cloud(0.9, 0.2, 0.033, 0.11, np.random.default_rng(5)))
+    can = detection("can", cylinder_cloud(0.93, 0.2, 0.033, 0.11, np.random.default_rng(5)))
     machine = StoppedHalfway(scene_of(can), [0.066])
     engine = Engine(robot(), machine, CONFIG, lambda _: None)
     assert "stopped" in engine.execute(make_task([can], "pick")).reason

@@ -25,6 +25,11 @@ _SURER = 2.0  # times as good
 _EVERY = 0.02  # [m] of a drive, where what is held is looked at
 
 
+def _quality(plan: Plan) -> float:
+    """Return the quality of a plan's grasp; what needs none is sure."""
+    return 1.0 if plan.grasp is None else plan.grasp.quality
+
+
 class FromNearer:
     """Plans as if the base stood nearer."""
 
@@ -41,16 +46,22 @@ class FromNearer:
     def reaching(
         self, task: ManipulationTask, least: int = 0, good: Callable[[Plan], bool] = lambda _: True
     ) -> tuple[float, Plan] | None:
-        """Return how far to drive [m] so that a good plan is found, as little as will do, with it; or None."""
+        """Return how far to drive [m] so that a good plan is found, as little as will do, with it; or None.
+
+        Where its grasp is a doubtful one a longer drive to a much better one is rather taken.
+        """
+        best: tuple[float, Plan] | None = None
         for ahead in self._steps(task, least):
             try:
                 plan = self._planner.plan(seen_from(task, ahead), self._robot.positions())
             except ExecutionError as error:
                 _LOG.debug("from %.2f m nearer: %s", ahead, error)
                 continue
-            if good(plan):
-                return ahead, plan
-        return None
+            if good(plan) and (best is None or _quality(plan) > _SURER * _quality(best[1])):
+                best = ahead, plan
+            if best is not None and _quality(best[1]) > _DOUBTFUL:
+                break
+        return best
 
     def by_the_middle(
         self, task: ManipulationTask
@@ -71,10 +82,8 @@ class FromNearer:
 
     def surer(self, task: ManipulationTask, plan: Plan) -> tuple[float, Plan] | None:
         """Return how far to drive [m] for a much better grasp than a plan's doubtful one, with its plan; or None."""
-        grasp = plan.grasp
-        if grasp is None or grasp.quality > _DOUBTFUL:
-            return None
-        return self.reaching(task, 1, lambda p: p.grasp is None or p.grasp.quality > _SURER * grasp.quality)
+        now = _quality(plan)
+        return None if now > _DOUBTFUL else self.reaching(task, 1, lambda p: _quality(p) > _SURER * now)
 
     def for_held(self, task: ManipulationTask, held: Plan) -> float | None:
         """Return how far to drive [m] so that what is held can be set down; it meets nothing on the way. Or None."""
