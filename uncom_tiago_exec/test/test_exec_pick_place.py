@@ -251,7 +251,7 @@ class ShortArmed(ObedientRobot):
 
 def test_what_is_out_of_reach_is_reached_by_driving_nearer_and_back():
     rng = np.random.default_rng(5)
-    can = detection("can", cylinder_cloud(0.86, 0.2, 0.033, 0.11, rng))
+    can = detection("can", cylinder_cloud(0.93, 0.2, 0.033, 0.11, rng))
     machine = ShortArmed(Scene(0.0, "base_footprint", (can,), flat_table(), (), "test"), [0.066])
     outcome = Engine(robot(), machine, CONFIG, lambda _: None).execute(make_task([can], "pick"))
     assert outcome.success, outcome.reason

@@ -54,7 +54,7 @@ _CLEAR: tuple[float, ...] = (0.12, 0.1, 0.08)  # of what is only to be held
 _HIGHER = (2.5, 2.1, 1.7)  # radii of wide dishes that are to be held: they hang down from their edge
 _WIDE = 0.06  # [m] radius of such a dish
 _POOR = 0.15  # quality of grasps below which a thing is rather pushed where it can be, and once one has failed
-_POOR_AGAIN = 0.3
+_POOR_AGAIN = 0.35
 PLACING = ("place", "put_in", "put_on", "stack")
 
 
