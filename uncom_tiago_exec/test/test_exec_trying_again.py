@@ -59,30 +59,31 @@ def test_a_held_thing_is_carried_upright():
         assert min(heights) > plan.scene.table_z
 
 
-def test_the_hand_does_not_dive_beside_the_table_with_what_it_carries():
+def with_a_lifted_can():
+    """Return an arm that has lifted a can, its grasp, what checks its motions, and where it is (8,)."""
     rng = np.random.default_rng(0)
     task = make_task([detection("can", cylinder_cloud(0.6, 0.1, 0.033, 0.12, rng))], "pick")
     plan = PickPlacePlanner(robot(), CONFIG).plan(task, start_positions())
     arm = ArmPlanner(robot(), plan.side, start_positions(), plan.scene, CONFIG)
     free = arm.carrying(plan.grasp, frozenset())
     here = next(s.trajectory.positions[-1] for s in plan.steps if s.stage == Stage.LIFTING)
+    return arm, plan.grasp, free, here
+
+
+def test_the_hand_does_not_dive_beside_the_table_with_what_it_carries():
+    arm, grasp, free, here = with_a_lifted_can()
     height = float(arm.group.forward(here)[2, 3])
     for floor, is_kept in ((height - 0.01, True), (height + 0.01, False)):
-        assert UprightChecker(free, plan.grasp, np.pi, floor).is_free(here) == is_kept
+        assert UprightChecker(free, grasp, np.pi, floor).is_free(here) == is_kept
 
 
 def test_the_limit_of_leaning_holds_for_states_and_for_ways_between_them():
-    rng = np.random.default_rng(0)
-    task = make_task([detection("can", cylinder_cloud(0.6, 0.1, 0.033, 0.12, rng))], "pick")
-    plan = PickPlacePlanner(robot(), CONFIG).plan(task, start_positions())
-    arm = ArmPlanner(robot(), plan.side, start_positions(), plan.scene, CONFIG)
-    free = arm.carrying(plan.grasp, frozenset())
-    upright = UprightChecker(free, plan.grasp, np.radians(30.0))
-    here = next(s.trajectory.positions[-1] for s in plan.steps if s.stage == Stage.LIFTING)
+    arm, grasp, free, here = with_a_lifted_can()
+    upright = UprightChecker(free, grasp, np.radians(30.0))
     wrist = np.zeros(8)
     wrist[6] = 1.0
     states = [here + turn * wrist for turn in np.linspace(-0.8, 0.8, 9)]
-    kept = [lean(arm, plan.grasp, q) <= np.radians(30.0) for q in states]
+    kept = [lean(arm, grasp, q) <= np.radians(30.0) for q in states]
     assert any(kept)
     assert not all(kept)
     for q, is_kept in zip(states, kept, strict=True):
