@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from uncom_sim import bench_in_a_row
 from uncom_sim.bench_in_a_row import Turn, resident_mb, run_in_a_row, summary_in_a_row, table
 from uncom_sim.exceptions import SceneError
 from uncom_sim.next_command import next_command, random_scene
@@ -34,7 +35,28 @@ def test_memory_is_counted_from_after_the_warm_up_and_trouble_as_the_longest_run
     assert (total["refused"], total["bystanders_moved"], len(total["failures"])) == (1, 1, 3)
     assert total["rss_growth_mb"] == pytest.approx(10.0)
     assert total["home_error_max"] == total["home_error_last"] == 0.029
-    assert "27 of 30" in table({**total, "table_contacts": 0})
+    text = table({**total, "table_contacts": 0, "ended": "no room"})
+    assert "27 of 30" in text
+    assert "no room" in text
+
+
+def test_what_was_measured_is_told_even_if_there_is_no_further_command(monkeypatch):
+    """The second command cannot be drawn; the first is in the result, with the reason."""
+    drawn = []
+
+    def once(*args):
+        drawn.append(args)
+        if len(drawn) > 1:
+            raise SceneError("no room is left")
+        return next_command(*args)
+
+    monkeypatch.setattr(bench_in_a_row, "next_command", once)
+    total = run_in_a_row(5, 3)
+    assert total["commands"] == 1
+    assert "no room is left" in total["ended"]
+    drawn.append(())
+    with pytest.raises(SceneError, match="no room is left"):
+        run_in_a_row(5, 3)
 
 
 def test_commands_are_drawn_for_what_stands_there_and_for_what_is_held():

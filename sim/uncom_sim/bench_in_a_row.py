@@ -154,6 +154,7 @@ def table(result: dict[str, Any]) -> str:
             f"from the start pose at most {most}, at the end {last}; base {base} m away",
             f"memory: {result['rss_warm_mb']:.0f} MB warm, {result['rss_growth_mb']:+.1f} MB since",
             *result["failures"],
+            *([f"ended early: {result['ended']}"] if result["ended"] else []),
         )
     )
 

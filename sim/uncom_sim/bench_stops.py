@@ -233,5 +233,6 @@ def table(result: dict[str, Any]) -> str:
             f"stages: {', '.join(f'{name.lower()} {n}' for name, n in result['stages'].items())}",
             f"touches of the table: {result['table_contacts']}; base {result['base_drift_m']} m away at the end",
             *result["failures"],
+            *([f"ended early: {result['ended']}"] if result["ended"] else []),
         )
     )

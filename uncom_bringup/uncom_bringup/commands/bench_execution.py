@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
             output.emit_json(turns)
         else:
             output.emit(bench_in_a_row.table(turns))
-        return 0 if turns["succeeded"] == turns["commands"] else 1
+        return 0 if turns["succeeded"] == options.in_a_row else 1
     if options.stops:
         stopped = bench_stops.run_stops(options.stops, options.seed, output.note)
         if options.json:
