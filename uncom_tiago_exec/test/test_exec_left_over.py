@@ -19,7 +19,7 @@ from uncom_sim.bench_planning_scenes import detection, flat_table
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.driving import BaseDriver
 from uncom_tiago_exec.engine import Engine
-from uncom_tiago_exec.exceptions import MotionError, RefusedError
+from uncom_tiago_exec.exceptions import MotionError, RefusedError, UnreachableError
 from uncom_tiago_exec.midway import middle_places
 from uncom_tiago_exec.own_body import own_body, with_held
 from uncom_tiago_exec.performing import Performer
@@ -226,6 +226,38 @@ def test_what_the_arm_that_holds_it_cannot_bring_there_is_put_back_and_brought_b
     assert outcome.success, outcome.reason
     assert outcome.in_hand == ""
     assert {status.arm for status in told if status.arm} == {"left", "right"}
+
+
+def test_what_was_taken_from_nearer_is_put_back_from_nearer_where_nothing_else_is_in_reach():
+    """From where the base is, nothing but places nearer than any free one can be reached with what is held."""
+
+    class Near(PickPlacePlanner):
+        def plan_held(self, task, positions, held):
+            if task.target_pose[0, 3] > 0.5 or abs(task.target_pose[1, 3] - 0.2) > 0.05:
+                raise UnreachableError("place")
+            return super().plan_held(task, positions, held)
+
+    class Driven(LookingOn):
+        went = ()
+
+        def drive(self, distance):
+            self.went = (*self.went, distance)
+            return distance
+
+    rng = np.random.default_rng(8)
+    things = [
+        detection("lemon", ball_cloud(0.6, 0.2, 0.027, rng)),
+        detection("can", cylinder_cloud(0.75, -0.2, 0.033, 0.11, rng)),
+    ]
+    machine = Driven([scene_of(things)], [0.05] * 4)
+    engine = Engine(robot(), machine, ExecutionConfig(verify=False), lambda _: None)
+    engine._planner = engine._nearer._planner = Near(robot(), ExecutionConfig())
+    assert engine.execute(make_task(things, "pick")).in_hand == "lemon"
+    held = replace(make_task(things[1:], "place", place=(0.62, 0.0)), object_text="lemon")
+    outcome = engine.execute(held)
+    assert outcome.success, outcome.reason
+    assert outcome.in_hand == ""
+    assert machine.went == pytest.approx((0.12, -0.12))
 
 
 def test_what_was_named_while_the_arm_hid_a_part_of_it_is_the_whole_thing_once_the_arm_is_away():

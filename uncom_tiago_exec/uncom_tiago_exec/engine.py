@@ -126,13 +126,21 @@ class Engine:
         task = with_held(task, seen_from(self._before, ahead), own)
         self._hand.come_free(as_seen_now(plan, task, holding=True))
         try:
-            return self._set_down(task, plan)
+            return self._set_down_somehow(task, plan)
         except _OTHERWISE:
             if not self._hand.in_hand:
                 raise
-        nearer = self._nearer.for_held(task, plan)
-        if nearer is None:
-            return self._put_back(task, plan)
+        return self._put_back(task, plan)
+
+    def _set_down_somehow(self, task: ManipulationTask, plan: Plan) -> str:
+        """Bring what a plan has put into the hand to its place, from here or from nearer."""
+        ahead = self._base.ahead
+        try:
+            return self._set_down(task, plan)
+        except _OTHERWISE:
+            nearer = self._nearer.for_held(task, plan) if self._hand.in_hand else None
+            if nearer is None:
+                raise
         with self._nearer_by(nearer):
             return self._set_down(seen_from(task, self._base.ahead - ahead), plan)
 
@@ -144,8 +152,10 @@ class Engine:
         """
         for place in (middle_of(task.object), *middle_places(task)):
             try:
-                self._set_down(to_middle(task, place), plan)
+                self._set_down_somehow(to_middle(task, place), plan)
             except _OTHERWISE:
+                if not self._hand.in_hand:
+                    raise
                 continue
             seen, ahead = self._eyes.look_for(task, self._under_way), self._base.ahead
             self._base.back()
@@ -198,11 +208,7 @@ class Engine:
         return self._by_the_middle(task, first)
 
     def _from_nearer(self, task: ManipulationTask, ahead: float, like: Plan) -> str:
-        """Drive towards the table, do it there like the plan made for that, and drive back.
-
-        Raises:
-            MotionError: the base cannot be driven.
-        """
+        """Drive towards the table, do it there like the plan made for that, and drive back."""
         with self._nearer_by(ahead):
             near = self._eyes.look_for(seen_from(task, self._base.ahead))
             return self._from_here(near, self._plan(near, [], 0, like))
