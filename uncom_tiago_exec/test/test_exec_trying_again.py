@@ -279,3 +279,19 @@ def test_a_base_stopped_on_its_way_is_driven_back_as_far_as_it_had_come():
     assert machine.place > 0.02
     engine.execute(make_task([can], "wave"))
     assert machine.place == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(("before", "told"), [("whole", True), ("part", False)])
+def test_what_was_seen_in_part_before_is_not_said_to_have_been_moved(before, told):
+    """An arm that hid one end of it has made its middle seem elsewhere."""
+    rng = np.random.default_rng(4)
+    lemon = detection("lemon", ball_cloud(0.55, 0.2, 0.027, rng))
+    box = box_cloud(0.7, -0.1, 0.0, np.array([0.08, 0.16, 0.08]), rng)
+    was = detection("box", box - np.array([0.03, 0.0, 0.0]) if before == "whole" else box[box[:, 1] > -0.12])
+    task = make_task([lemon, was], "place", place=(0.55, 0.0))
+    plan = PickPlacePlanner(robot(), CONFIG).plan(task, start_positions())
+    placed = np.asarray(lemon.geometry.cloud, dtype=float) @ plan.motion[:3, :3].T + plan.motion[:3, 3]
+    after = Scene(0.0, "base_footprint", (detection("lemon", placed), detection("box", box)), flat_table(), (), "test")
+    finding = verify(task, plan, after)
+    assert finding.success
+    assert ([name for name, _ in finding.moved] == ["box"]) == told

@@ -19,6 +19,7 @@ MOVED = 0.02  # [m] bystanders may move this much
 _TALL = 1.5  # widths: what is higher falls over
 _RISE = 0.01  # [m] what lies in an opening is at least this thick
 _SIDEWAYS = ("left_of", "right_of", "in_front_of", "behind")
+_WHOLE = 0.85  # of two sights of one thing, an arm hides a part in none if their sizes are as like as this
 _MUCH = 0.2  # of the points that were seen of a thing before, of which it is told that it has fallen over
 _CELL = 0.01  # [m] of a picture of heights seen from above
 _RESTS = 0.5  # share of a thing's upper side that is seen where it was to be
@@ -133,11 +134,10 @@ def _cloud(detection: Detection) -> FloatArray:
 def _judged(task: ManipulationTask, plan: Plan, after: Scene) -> Finding:
     what = task.object_text or task.object.label or "object"
     here = [d for d in after.detections if d.geometry is not None]
-    places = np.array([middle_of(d) for d in here]).reshape(-1, 2)
-    moved = _bystanders(task, places)
+    moved = _bystanders(task, here)
     old = middle_of(task.object)
     goal = expected_place(plan)
-    still_there = bool(len(places)) and _is_there(task.object, here, old)
+    still_there = _is_there(task.object, here, old)
     if goal is None:
         return Finding(
             not still_there, "it is in my hand" if not still_there else f"the {what} is still there", None, moved
@@ -232,15 +232,18 @@ def extent(detection: Detection) -> float:
     return float(np.linalg.norm(np.ptp(np.asarray(detection.geometry.cloud), axis=0)))
 
 
-def _bystanders(task: ManipulationTask, places: FloatArray) -> tuple[tuple[str, float], ...]:
-    """Return the other things that moved, with how far; things not seen again are left out."""
+def _bystanders(task: ManipulationTask, seen: list[Detection]) -> tuple[tuple[str, float], ...]:
+    """Return the other things that moved, with how far; what is not seen again, or in part only, is left out."""
+    places = [middle_of(d) for d in seen]
     moved = []
     for thing in task.scene:
         if thing.id == task.object.id or (task.target is not None and thing.id == task.target.id):
             continue
-        if thing.geometry is None or not len(places):
+        if thing.geometry is None or not places:
             continue
-        distance = float(np.linalg.norm(places - middle_of(thing), axis=1).min())
-        if MOVED < distance < _SAME:
-            moved.append((thing.label or thing.id, round(distance, 3)))
+        away = np.linalg.norm(np.array(places) - middle_of(thing), axis=1)
+        nearest = int(away.argmin())
+        whole = _WHOLE < extent(seen[nearest]) / max(extent(thing), 1e-3) < 1.0 / _WHOLE
+        if whole and MOVED < float(away[nearest]) < _SAME:
+            moved.append((thing.label or thing.id, round(float(away[nearest]), 3)))
     return tuple(moved)
