@@ -20,7 +20,10 @@ from uncom_sim.bench_execution_cases import Case
 from uncom_sim.bench_planning_scenes import detection
 from uncom_sim.scene import scene_from_dict
 from uncom_sim.types import Meaning
+from uncom_tiago_exec.arm_planner import ArmPlanner
+from uncom_tiago_exec.collision import CollisionChecker, Margins
 from uncom_tiago_exec.config import ExecutionConfig
+from uncom_tiago_exec.exceptions import RefusedError
 from uncom_tiago_exec.pick_place import PickPlacePlanner
 from uncom_tiago_exec.plan import GripStep, MoveStep
 from uncom_tiago_exec.pouring import motions, mouth_edge
@@ -126,3 +129,42 @@ def test_a_mug_is_tilted_over_a_bowl_and_stands_again_where_it_was():
     assert run.physical.object_moved_m < 0.03
     assert run.physical.others_moved_m < 0.02
     assert run.table_touches == 0
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.55, 0.25), (0.62, -0.1)])
+def test_fingers_keep_well_off_the_table_on_free_ways(x, y):
+    """Straight ways to a thing lead as near as they must; on the ways before and after nothing is gained by that."""
+    rng = np.random.default_rng(11)
+    lemon = detection("lemon", ball_cloud(x, y, 0.027, rng))
+    box = detection("box", box_cloud(0.7, 0.12, 0.3, np.array([0.12, 0.09, 0.08]), rng))
+    plan = PickPlacePlanner(robot(), ExecutionConfig()).plan(
+        make_task([lemon, box], "place", place=(0.56, -0.22 if y > 0 else 0.02)), start_positions()
+    )
+    arm = ArmPlanner(robot(), plan.side, start_positions(), plan.scene, ExecutionConfig())
+    free = [
+        s.trajectory for s in plan.steps if isinstance(s, MoveStep) and s.detail.startswith(("to the o", "back to"))
+    ]
+    assert len(free) == 2
+    table = CollisionChecker(arm.group, (plan.scene.table,), Margins(scene=0.009, fingers=0.0075, body=0.0))
+    for motion in free:
+        assert table.path_is_free(arm.group.clamp(motion.positions))
+
+
+def test_a_free_way_may_begin_nearer_to_things_than_it_goes_on():
+    """Where fingers were left 5 mm over the table is no collision."""
+    rng = np.random.default_rng(12)
+    plan = planned("pick", [detection("lemon", ball_cloud(0.58, 0.2, 0.027, rng))])
+    arm = ArmPlanner(robot(), plan.side, start_positions(), plan.scene, ExecutionConfig())
+    free = arm.free(arm.start_gap)
+    home = arm.group.clamp(arm.start)
+    pose = np.eye(4)
+    pose[:3, 0], pose[:3, 1], pose[:3, 2] = [0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]
+    pose[:3, 3] = 0.5, 0.3 if plan.side == "left" else -0.3, plan.scene.table_z + arm.group.gripper.tip + 0.005
+    low = arm.solver.solutions(pose, [home], restarts=20)[0]
+    assert not free.is_free(low)
+    way = arm.transit(free, low, [home])
+    assert np.allclose(way[0], low)
+    assert np.allclose(way[-1], home)
+    pose[2, 3] -= 0.02  # in the table
+    with pytest.raises(RefusedError):
+        arm.transit(arm.free(arm.start_gap), arm.solver.solutions(pose, [home], restarts=20)[0], [home])

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from uncom_tiago_exec.scene_model import SceneModel
 from uncom_tiago_exec.timing import MotionLimits, time_path
 from uncom_tiago_exec.types import Attachment, FloatArray, Obstacle, Side, Trajectory
 
+_FREE_FINGERS = 0.008  # [m] that fingers keep from everything on free ways: little is gained by going nearer
 _GAP_STEP = 0.01  # [m] openings are planned in steps, the wider one
 
 
@@ -44,6 +46,7 @@ class ArmPlanner:
         self.hint: FloatArray | None = None  # last configuration that reached a grasp
         self.solver = IkSolver(self.group, config.seed)
         self.margins = Margins(scene=config.scene_margin, fingers=config.finger_margin)
+        self.free_margins = replace(self.margins, fingers=max(config.finger_margin, _FREE_FINGERS))
         speed = np.array(self.group.velocity) * config.speed
         acceleration = np.array([config.torso_acceleration] + [config.arm_acceleration] * 7)
         self.limits = MotionLimits(speed, acceleration, config.jerk_ratio)
@@ -60,7 +63,8 @@ class ArmPlanner:
         group = self._group(gap)
         key = (round(gap / _GAP_STEP + 0.499), kind)
         if key not in self._checkers:
-            self._checkers[key] = self._at_home(CollisionChecker(group, obstacles, self.margins, contacts))
+            margins = self.free_margins if kind == "free" else self.margins
+            self._checkers[key] = self._at_home(CollisionChecker(group, obstacles, margins, contacts))
         return self._checkers[key]
 
     def _at_home(self, checker: CollisionChecker) -> CollisionChecker:
@@ -103,8 +107,8 @@ class ArmPlanner:
         """Check motions with empty hand after the thing was moved by `motion` (4, 4); fingers may touch some solids."""
         moved = tuple(Obstacle(s.name, s.shape, s.size, motion @ s.pose) for s in self.scene.moved_solids)
         obstacles = (*self.scene.obstacles(with_moved=False), *moved)
-        checker = CollisionChecker(self._group(gap), obstacles, self.margins, Contacts(fingers=touches))
-        return self._at_home(checker)
+        margins = self.margins if touches else self.free_margins
+        return self._at_home(CollisionChecker(self._group(gap), obstacles, margins, Contacts(fingers=touches)))
 
     def turning_away(self, gap: float, motion: FloatArray) -> CollisionChecker:
         """Check motions with empty hand after the thing was pushed by `motion` (4, 4), in which it may have turned."""
@@ -115,10 +119,18 @@ class ArmPlanner:
         pose[2, 3] = 0.5 * (thing.bottom + thing.top)
         turned = Obstacle(thing.name, "cylinder", (width, width, thing.height), pose)
         obstacles = (*self.scene.obstacles(with_moved=False), turned)
-        return self._at_home(CollisionChecker(self._group(gap), obstacles, self.margins, Contacts()))
+        return self._at_home(CollisionChecker(self._group(gap), obstacles, self.free_margins, Contacts()))
 
     def transit(self, checker: CollisionChecker, start: FloatArray, goals: Sequence[FloatArray]) -> FloatArray:
-        """Plan a free motion (N, 8)."""
+        """Plan a free motion (N, 8); its ends may be nearer to things than fingers keep on free ways.
+
+        Raises:
+            InCollisionError, PlanningError: an end touches something, or there is no way.
+        """
+        if checker.margins is self.free_margins:
+            for end in (start, *goals):
+                if not checker.is_free(end):
+                    checker.relax_at(end)
         options = PlannerOptions(time_s=self.config.planning_time_s / 2.0)
         return JointPlanner(checker, options).plan(start, goals)
 
