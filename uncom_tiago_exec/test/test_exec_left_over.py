@@ -208,6 +208,24 @@ def test_a_base_stays_where_an_arm_was_left_over_the_table(at_home):
     assert machine.went == base.ahead == 0.0
 
 
+def test_a_base_that_stops_a_little_short_each_time_does_not_wander_off():
+    class Short(LookingOn):
+        place = 0.0
+
+        def drive(self, distance):
+            went = distance - np.copysign(0.002, distance)
+            self.place += went
+            return went
+
+    machine = Short([scene_of(())], [0.05])
+    base = BaseDriver(machine)
+    for _ in range(20):
+        with base.driven(0.12, lambda: True):
+            assert base.ahead == pytest.approx(0.118)
+        assert base.ahead == 0.0
+        assert abs(machine.place) < 0.003
+
+
 def test_what_the_arm_that_holds_it_cannot_bring_there_is_put_back_and_brought_by_the_other():
     rng = np.random.default_rng(8)
     things = [

@@ -17,6 +17,7 @@ class BaseDriver:
         """Keep the robot; nothing moves yet."""
         self._robot = robot
         self.ahead = 0.0
+        self._off = 0.0  # [m] how far it stopped from where it began when it was driven back last
 
     @contextmanager
     def driven(self, ahead: float, is_home: Callable[[], bool]) -> Iterator[None]:
@@ -34,9 +35,10 @@ class BaseDriver:
         self.back()
 
     def back(self) -> None:
-        """Drive back to where it began."""
+        """Drive back to where it began; by how much it stops short is made good the next time, and never adds up."""
         if self.ahead != 0.0:
-            self._drive(-self.ahead)
+            self._drive(-self.ahead - self._off)
+            self._off += self.ahead
             self.ahead = 0.0
 
     def _drive(self, distance: float) -> None:
