@@ -28,7 +28,7 @@ from uncom_tiago_exec.grasps import grasp_candidates
 from uncom_tiago_exec.pick_place import PickPlacePlanner
 from uncom_tiago_exec.plan import MoveStep
 from uncom_tiago_exec.shapes import complete
-from uncom_tiago_exec.sightings import found_again, joined
+from uncom_tiago_exec.sightings import followed, found_again, joined, remembering
 from uncom_tiago_exec.types import Stage
 from uncom_tiago_exec.verification import verify
 
@@ -295,3 +295,17 @@ def test_what_was_seen_in_part_before_is_not_said_to_have_been_moved(before, tol
     finding = verify(task, plan, after)
     assert finding.success
     assert ([name for name, _ in finding.moved] == ["box"]) == told
+
+
+def test_what_is_out_of_sight_from_nearer_is_remembered():
+    """What stands right before the robot leaves the picture when the base drives; it still stands there."""
+    rng = np.random.default_rng(6)
+    far = detection("can", cylinder_cloud(0.85, 0.1, 0.033, 0.11, rng))
+    near = detection("bottle", cylinder_cloud(0.52, -0.05, 0.03, 0.2, rng))
+    beside = detection("box", box_cloud(0.7, -0.3, 0.0, np.array([0.1, 0.08, 0.1]), rng))
+    task = make_task([far, near, beside], "place", place=(0.7, 0.2))
+    now = followed(task, scene_of(far, beside))
+    assert {thing.label for thing in now.scene} == {"can", "box"}
+    remembered = remembering(now, task)
+    assert sorted(thing.label for thing in remembered.scene) == ["bottle", "box", "can"]
+    assert remembering(followed(task, scene_of(far, near, beside)), task).scene == (far, near, beside)

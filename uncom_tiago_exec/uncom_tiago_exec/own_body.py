@@ -14,13 +14,11 @@ from uncom_perception.types import Detection
 from uncom_tiago_exec.obstacles import attach
 from uncom_tiago_exec.plan import Plan
 from uncom_tiago_exec.robot_model import RobotModel
+from uncom_tiago_exec.sightings import hidden_now
 from uncom_tiago_exec.types import FloatArray, ManipulationTask
-from uncom_tiago_exec.verification import extent, middle_of
 
 _AROUND = 0.025  # [m] around a link's box, for what the camera gets wrong
 _MOST = 0.5  # share of a thing's points that are the robot's
-_SAME = 0.05  # [m] between the middles of two sightings of one thing
-_WHOLE = 0.9  # share of its extent that is seen of what nothing hides
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,20 +79,10 @@ def with_held(task: ManipulationTask, before: ManipulationTask, own: Container[s
     stays where it is. What the arm hides now, or hides in part, stands where it was seen before.
     """
     seen = [thing for thing in _distinct((*task.scene, task.object)) if thing.id not in own]
-    hidden = [thing for thing in before.scene if thing.id != before.object.id and not _is_among(thing, seen)]
-    if task.target is not None:
-        goal = middle_of(task.target)
-        hidden = [thing for thing in hidden if float(np.linalg.norm(middle_of(thing) - goal)) > _SAME]
-    renamed = (replace(thing, id=f"hidden {thing.id}") for thing in hidden)
     held = replace(before.object, id="held")
-    return replace(task, object=held, scene=(*seen, *renamed), table=before.table or task.table)
+    scene = (*seen, *hidden_now(before, seen, task.target))
+    return replace(task, object=held, scene=scene, table=before.table or task.table)
 
 
 def _distinct(things: Iterable[Detection]) -> list[Detection]:
     return list({thing.id: thing for thing in things if thing.geometry is not None}.values())
-
-
-def _is_among(thing: Detection, seen: Iterable[Detection]) -> bool:
-    """Tell whether a thing is seen where it was, and not only a part of it beside the arm."""
-    place, whole = middle_of(thing), _WHOLE * extent(thing)
-    return any(float(np.linalg.norm(middle_of(other) - place)) < _SAME and extent(other) > whole for other in seen)

@@ -10,7 +10,7 @@ from uncom_tiago_exec.exceptions import GraspFailedError, MisplacedError
 from uncom_tiago_exec.performing import Performer
 from uncom_tiago_exec.plan import Plan
 from uncom_tiago_exec.robot_interface import RobotInterface
-from uncom_tiago_exec.sightings import followed, seen_whole
+from uncom_tiago_exec.sightings import followed, remembering, seen_whole
 from uncom_tiago_exec.types import ManipulationTask, Stage
 from uncom_tiago_exec.verification import expected_place, verify
 
@@ -26,7 +26,7 @@ class SecondLook:
         self.verification: dict[str, object] = {}
 
     def look_for(self, task: ManipulationTask, plan: Plan | None = None) -> ManipulationTask:
-        """Look again and follow the thing to where it is now; see seen_again.
+        """Look again and follow the thing to where it is now; see seen_again. What is out of sight now is remembered.
 
         Raises:
             GraspFailedError: it is not seen.
@@ -34,7 +34,7 @@ class SecondLook:
         found = self.seen_again(task, plan)
         if found is None:
             raise GraspFailedError(f"I no longer see the {task.object_text or 'object'}")
-        return found
+        return remembering(found, task)
 
     def seen_again(self, task: ManipulationTask, plan: Plan | None = None) -> ManipulationTask | None:
         """Look again; return the task with everything where it is now, or None if the thing is not seen.

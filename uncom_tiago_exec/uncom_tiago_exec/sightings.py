@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import cv2
@@ -14,6 +15,8 @@ from uncom_tiago_exec.verification import extent, middle_of
 
 _FOLLOW_M = 0.12  # [m] after a failed grasp the thing is looked for this far around its last place
 _STILL = 0.03  # [m] a thing nearer than this to where it stood has not moved
+_ONE = 0.05  # [m] between the middles of two sightings of one thing
+_WHOLE = 0.9  # share of its extent that is seen of what nothing hides
 _SAME_HEIGHT = 0.03  # [m] between two sights of one table at most
 _LIKE_SIZE = 0.5  # of the logarithm of two sizes
 
@@ -92,3 +95,30 @@ def joined(before: TableSurface | None, now: TableSurface | None) -> TableSurfac
     corners = np.vstack([np.asarray(before.polygon)[:, :2], np.asarray(now.polygon)[:, :2]])
     outline = cv2.convexHull(corners.astype(np.float32))[:, 0].astype(float)
     return replace(now, polygon=np.column_stack([outline, np.full(len(outline), now.height_m)]))
+
+
+def remembering(now: ManipulationTask, before: ManipulationTask) -> ManipulationTask:
+    """Return a task as it is seen now, with what was seen before and is out of sight, or seen in part only, now.
+
+    From nearer that is what stands right before the robot.
+    """
+    seen = [thing for thing in (*now.scene, now.object) if thing.geometry is not None]
+    return replace(now, scene=(*now.scene, *hidden_now(before, seen, now.target)))
+
+
+def hidden_now(before: ManipulationTask, seen: Sequence[Detection], target: Detection | None) -> tuple[Detection, ...]:
+    """Return what was seen before, but for the thing to move, and is not among what is seen now as a whole.
+
+    At a target's place nothing is hidden by anything but the target itself.
+    """
+    hidden = [d for d in before.scene if d.geometry is not None and d.id != before.object.id and not _is_among(d, seen)]
+    if target is not None:
+        goal = middle_of(target)
+        hidden = [thing for thing in hidden if float(np.linalg.norm(middle_of(thing) - goal)) > _ONE]
+    return tuple(replace(thing, id=f"hidden {thing.id}") for thing in hidden)
+
+
+def _is_among(thing: Detection, seen: Sequence[Detection]) -> bool:
+    """Tell whether a thing is seen where it was, and not only a part of it beside an arm."""
+    place, whole = middle_of(thing), _WHOLE * extent(thing)
+    return any(float(np.linalg.norm(middle_of(other) - place)) < _ONE and extent(other) > whole for other in seen)
