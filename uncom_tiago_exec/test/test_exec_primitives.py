@@ -21,6 +21,7 @@ from uncom_sim.bench_planning_scenes import detection
 from uncom_sim.scene import scene_from_dict
 from uncom_sim.types import Meaning
 from uncom_tiago_exec.arm_planner import ArmPlanner
+from uncom_tiago_exec.carrying import lean
 from uncom_tiago_exec.collision import CollisionChecker, Margins
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import RefusedError
@@ -168,3 +169,18 @@ def test_a_free_way_may_begin_nearer_to_things_than_it_goes_on():
     pose[2, 3] -= 0.02  # in the table
     with pytest.raises(RefusedError):
         arm.transit(arm.free(arm.start_gap), arm.solver.solutions(pose, [home], restarts=20)[0], [home])
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.55, 0.25), (0.6, -0.22), (0.5, 0.1)])
+def test_nothing_is_spilled_on_the_way_to_the_target_and_back(x, y):
+    rng = np.random.default_rng(13)
+    can = detection("can", cylinder_cloud(x, y, 0.03, 0.1, rng))
+    bowl = detection("bowl", bowl_cloud(0.64, 0.02 if y < 0 else -0.08, 0.085, 0.065, rng))
+    plan = PickPlacePlanner(robot(), ExecutionConfig()).plan(
+        make_task([can, bowl], "pour", target="bowl", place=(x, y)), start_positions()
+    )
+    arm = ArmPlanner(robot(), plan.side, start_positions(), plan.scene, ExecutionConfig())
+    ways = [s for s in plan.steps if isinstance(s, MoveStep) and s.detail in ("to over the target", "to the place")]
+    assert len(ways) == 2
+    for step in ways:
+        assert max(lean(arm, plan.grasp, q) for q in step.trajectory.positions) < np.radians(60.0)

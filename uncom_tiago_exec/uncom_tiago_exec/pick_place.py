@@ -274,9 +274,10 @@ class PickPlacePlanner:
             return (*taking, *giving_steps(reach))
         if task.primitive == "pour":
             names = task.object_text or task.object.label or "object", task.target_text or "target"
-            pour = find_pour(reach.arm, reach.grasp, reach.lift[-1], *names)
+            pour = find_pour(reach.arm, reach.grasp, reach.lift[-1], names, strict=strict)
             upright = replace(reach, lift=np.vstack([reach.lift[-1], pour.over[-1]]), over=None)
-            return (*taking, *pouring_steps(reach, pour), *placing_steps(upright, reach.arm.start, reach.arm.start_gap))
+            back = placing_steps(upright, reach.arm.start, reach.arm.start_gap, strict=strict)
+            return (*taking, *pouring_steps(reach, pour), *back)
         return (*taking, *placing_steps(reach, reach.arm.start, reach.arm.start_gap, strict=strict))
 
     def plan_held(self, task: ManipulationTask, positions: Mapping[str, float], held: Plan) -> Plan:

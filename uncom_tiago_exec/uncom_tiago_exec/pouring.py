@@ -64,17 +64,21 @@ def motions(moved: ObjectShape, target: ObjectShape, ahead: FloatArray, turn: fl
     return np.array(result)
 
 
-def find_pour(arm: ArmPlanner, grasp: Grasp, lifted: FloatArray, what: str, into: str) -> Pour:
-    """Return a pour with a grasp, from where the thing was lifted to (8,); what and into are their names.
+def find_pour(
+    arm: ArmPlanner, grasp: Grasp, lifted: FloatArray, names: tuple[str, str], *, strict: bool = False
+) -> Pour:
+    """Return a pour with a grasp, from where the thing was lifted to (8,); names are those of the thing and the target.
 
     Raises:
-        RefusedError: there is nothing to pour into, or the arm cannot tilt there.
+        RefusedError: there is nothing to pour into, or the arm cannot tilt there; strict, not without spilling before.
     """
+    what, into = names
     moved, target = arm.scene.moved, arm.scene.target
     if target is None:
         raise RefusedError(f"I do not know what to pour the {what} into")
     carrying = arm.carrying(grasp, frozenset())
     error: ExecutionError = UnreachableError("place")
+    spilling: tuple[FloatArray, FloatArray] | None = None  # what can only be got to by leaning on the way
     deadline = time.thread_time() + _TIME_S
     for ahead, turn, tilt in _ways(grasp):
         if time.thread_time() > deadline:
@@ -88,9 +92,17 @@ def find_pour(arm: ArmPlanner, grasp: Grasp, lifted: FloatArray, what: str, into
         for q in starts:
             try:
                 tilting = follow_poses(arm.solver, carrying, q, poses[1:])
-                return Pour(carried(arm, grasp, lifted, q), tilting)
             except (InCollisionError, PlanningError) as err:
                 error = err
+                continue
+            try:
+                return Pour(carried(arm, grasp, lifted, q, strict=True), tilting)
+            except (InCollisionError, PlanningError) as err:
+                error = err
+                spilling = spilling or (q, tilting)
+    if spilling is not None and not strict:
+        q, tilting = spilling
+        return Pour(carried(arm, grasp, lifted, q), tilting)
     _LOG.debug("no pour: %s", error)
     raise PlanningError(f"I cannot tilt the {what} over the {into}") from error
 
