@@ -24,7 +24,7 @@ from uncom_tiago_exec.robot_model import ArmGroup, RobotModel
 from uncom_tiago_exec.types import SIDES, FloatArray, Obstacle
 
 from uncom_sim.bench_planning_peers import ratios, run_peers
-from uncom_sim.bench_planning_problems import ROUNDS, IkProblem, Problem
+from uncom_sim.bench_planning_problems import ROUNDS, IkProblem, Problem, check_time_us
 from uncom_sim.bench_planning_scenes import TABLE_Z, pick_and_place, tabletop_solids
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.robot.names import home_positions
@@ -43,7 +43,7 @@ def run_benchmark(seed: int, poses: int, plans: int, say: Callable[[str], None])
     result: dict[str, Any] = {"ik": inverse_kinematics(robot, start, poses, seed)}
     say(f"ik: {result['ik']}")
     problems = list(single_problems(robot, start, plans, seed))
-    result["check_us"] = round(check_time_us(robot, start, seed), 2)
+    result["check_us"] = round(own_check_us(robot, start, seed), 2)
     say(f"check: {result['check_us']} us")
     result["plan"] = single_plans(problems, LIGHT)
     say(f"plan: {result['plan']}")
@@ -117,16 +117,10 @@ def _percentiles(milliseconds: list[float]) -> dict[str, float]:
     }
 
 
-def check_time_us(robot: RobotModel, start: dict[str, float], seed: int) -> float:
+def own_check_us(robot: RobotModel, start: dict[str, float], seed: int) -> float:
     """Return the time of one state check [us] in a cluttered scene, over states between tuck and table."""
     (checker, *_), states = check_states(robot, start, seed)
-    spent = []
-    for _ in range(ROUNDS):
-        began = time.thread_time()
-        for q in states:
-            checker.is_free(q)
-        spent.append(1e6 * (time.thread_time() - began) / max(len(states), 1))
-    return min(spent)
+    return check_time_us(checker.is_free, states)
 
 
 def check_states(robot: RobotModel, start: dict[str, float], seed: int) -> tuple[Problem, list[FloatArray]]:

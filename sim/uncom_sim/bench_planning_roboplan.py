@@ -22,6 +22,7 @@ from uncom_sim.bench_planning_problems import (
     IkProblem,
     Problem,
     Reaches,
+    check_time_us,
     judged_plans,
     locked_urdf,
 )
@@ -126,14 +127,7 @@ def _check_us(problem: Problem, states: list[FloatArray], positions: dict[str, f
     from roboplan import core  # noqa: PLC0415
 
     scene = _Scene(problem.checker.group.side, positions, problem.solids)
-    context = core.SceneContext(scene.scene)
-    spent = []
-    for _ in range(ROUNDS):
-        began = time.thread_time()
-        for q in states:
-            context.hasCollisions(q)
-        spent.append(1e6 * (time.thread_time() - began) / max(len(states), 1))
-    return min(spent)
+    return check_time_us(core.SceneContext(scene.scene).hasCollisions, states)
 
 
 def _plans(problems: Sequence[Problem], positions: dict[str, float]) -> dict[str, Any]:

@@ -50,8 +50,8 @@ class SteppedRobot(RobotInterface):
         self.simulator = simulator
         self.stop_at_s: float | None = None
         self.witness: Callable[[], None] | None = None
-        self._detector = TabletopDetector()
         self._lexicon = load_lexicon()
+        self._detector = TabletopDetector(self._lexicon)
         self._watch = watch
         self._estimate = estimate
 
