@@ -179,7 +179,7 @@ def test_a_hand_that_stands_a_little_in_the_table_that_was_seen_finds_home(highe
     table = plan.scene.table
     raised = table.pose.copy()
     raised[2, 3] += lowest + higher - plan.scene.table_z
-    plan = replace(plan, scene=replace(plan.scene, table=replace(table, pose=raised), _solids={}))
+    plan = replace(plan, scene=replace(plan.scene, table=replace(table, pose=raised)))
     joints = {**start_positions(), **dict(zip(there.joint_names, there.positions[-1], strict=True))}
     left = Left(released=True)
     if found:

@@ -71,7 +71,7 @@ def test_motions_keep_out_of_what_is_not_seen_but_do_what_was_asked_for_there():
     shadows = shadows_of(scene, camera, np.array([0.56, -0.14]))
     assert shadows
     plan = planner.plan(make_task([lemon, box], "place", place=(0.56, -0.14)), start_positions())
-    careful = replace(scene, shadows=shadows, _solids={})
+    careful = replace(scene, shadows=shadows)
     arm = ArmPlanner(robot(), plan.side, start_positions(), careful, ExecutionConfig())
     free = arm.free(arm.start_gap)
     first = next(step.trajectory for step in plan.steps if isinstance(step, MoveStep))

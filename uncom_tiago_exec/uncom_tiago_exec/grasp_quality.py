@@ -46,10 +46,8 @@ class Between:
 
 def quality_of(shape: ObjectShape, between: Between, hand: Hand, place: FloatArray, family: str) -> float:
     """Judge a grasp of a family ("across" or "rim") at a place (3,) between the pads."""
-    quality = _held(shape, between, hand, place)
-    quality = float(
-        quality * np.clip((between.room - _UNSURE) / 0.015, 0.4, 1.0)
-    )  # fingers that just pass touch its edge
+    passes = float(np.clip((between.room - _UNSURE) / 0.015, 0.4, 1.0))  # fingers that just pass touch its edge
+    quality = _held(shape, between, hand, place) * passes
     if family == "across":
         return quality * float(np.clip(1.0 - _tapers(between) / _SLIPPERY, 0.2, 1.0))
     steep = float(np.sin(hand.pitch) ** 1.5)

@@ -86,7 +86,7 @@ class PickPlacePlanner:
         goal = destination(task, scene.moved, scene.target) if task.primitive in (*PLACING, "push", "pour") else None
         shadows = shadows_of(scene, self.robot.camera(positions), None if goal is None else goal.xy)
         if shadows:
-            careful = replace(scene, shadows=shadows, _solids={})
+            careful = replace(scene, shadows=shadows)
             try:
                 plan = self._plan_in(careful, task, positions, goal, avoid, like, started)
             except (InCollisionError, PlanningError) as error:

@@ -59,8 +59,9 @@ def way_home(
     here, goal = arm.group.clamp(arm.start), _goal(arm, plan, left)
     if float(np.abs(here - goal).max()) < _THERE:
         return []
-    plan = _with_true_table(robot, plan, positions, config, left)
-    arm = ArmPlanner(robot, plan.side, positions, plan.scene, config)
+    true = _with_true_table(robot, plan, positions, config, left)
+    if true is not plan:
+        plan, arm = true, ArmPlanner(robot, plan.side, positions, true.scene, config)
     try:
         return _planned(arm, plan, here, left)
     except RefusedError as error:
@@ -91,7 +92,7 @@ def _with_true_table(
             return plan if scene is plan.scene else replace(plan, scene=scene)
         pose = scene.table.pose.copy()
         pose[2, 3] -= _LOWER
-        scene = replace(scene, table=replace(scene.table, pose=pose), _solids={})
+        scene = replace(scene, table=replace(scene.table, pose=pose))
     return plan
 
 

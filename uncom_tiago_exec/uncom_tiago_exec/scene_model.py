@@ -30,7 +30,9 @@ class SceneModel:
     table: Obstacle
     table_z: float
     shadows: tuple[Obstacle, ...] = ()
-    _solids: dict[str, tuple[Obstacle, ...]] = field(default_factory=dict, repr=False, compare=False)  # made once
+    _solids: dict[str, tuple[Obstacle, ...]] = field(  # made once; another scene makes its own
+        init=False, default_factory=dict, repr=False, compare=False
+    )
 
     @property
     def neighbours(self) -> FloatArray:
