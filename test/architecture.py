@@ -27,6 +27,7 @@ class Module:
     package: str
     path: Path
     imports: frozenset[str]
+    defines_node: bool
 
     @property
     def name(self) -> str:
@@ -39,7 +40,17 @@ class Module:
 def modules() -> Iterator[Module]:
     for package, folder in PACKAGES.items():
         for path in sorted(folder.rglob("*.py")):
-            yield Module(package, path, frozenset(_imports(ast.parse(path.read_text(encoding="utf-8")))))
+            tree = ast.parse(path.read_text(encoding="utf-8"))
+            yield Module(package, path, frozenset(_imports(tree)), any(map(_is_node, ast.walk(tree))))
+
+
+def _is_node(item: ast.AST) -> bool:
+    """Tell whether something is a class that derives from rclpy's Node or from our base of nodes."""
+    return isinstance(item, ast.ClassDef) and any(
+        isinstance(name, ast.Name) and name.id in ("Node", "ConfiguredNode")
+        for base in item.bases
+        for name in ast.walk(base)
+    )
 
 
 def _imports(tree: ast.AST) -> Iterator[str]:

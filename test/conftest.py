@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import pytest
-from uncom_bringup.domain import DomainClaim
+from uncom_bringup.graph.ros_domain import DomainClaim
 
 
 @pytest.fixture

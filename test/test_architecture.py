@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from architecture import PACKAGES, ROOT, Module, modules
 
@@ -46,8 +48,12 @@ BELOW = {  # what a package may import of ours
 
 
 def knows_ros(module: Module) -> bool:
-    name = module.path.name
-    return name.endswith("_node.py") or name == "conversions.py" or module.path.parent.name == "launch"
+    return (
+        "ros" in module.path.relative_to(ROOT).parts
+        or module.defines_node
+        or module.path.name == "conversions.py"
+        or module.path.parent.name == "launch"
+    )
 
 
 def test_there_is_source_of_every_package():
@@ -77,9 +83,15 @@ def test_no_package_imports_another_ones_node(module):
     # The base of all nodes is nobody's node, and the demo listens with bringup's own listeners.
     shared = {"uncom_common.configured_node"}
     if module.package == "uncom_sim":
-        shared |= {"uncom_bringup.monitor_node", "uncom_bringup.recorder_node"}
-    foreign = {".".join(name.split(".")[:2]) for name in module.imports if name.split(".")[0] != module.package}
-    assert not {name for name in foreign if name.endswith("_node")} - shared
+        shared |= {"uncom_bringup.monitor.monitor_node", "uncom_bringup.replay.recorder_node"}
+    foreign = {name for name in module.imports if name.split(".")[0] in set(PACKAGES) - {module.package}}
+    nodes = {name for name in foreign if re.search(r"_node(\.[A-Za-z]\w*)?$", name)}
+    assert not {name for name in nodes if not name.startswith(tuple(shared))}
+
+
+def test_a_file_is_called_a_node_where_it_defines_one():
+    named = {m.name for m in ALL if m.path.name.endswith("_node.py")}
+    assert named == {m.name for m in ALL if m.defines_node}
 
 
 @pytest.mark.parametrize("module", [m for m in ALL if m.path.name.endswith("_node.py")], ids=lambda m: m.name)

@@ -11,7 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from uncom_bringup.commands.common import read_picture
+from uncom_bringup.command_options import read_picture
 
 from uncom_bringup import cli, output
 

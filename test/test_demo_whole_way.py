@@ -8,8 +8,8 @@ import subprocess
 import sys
 
 import pytest
-from uncom_bringup.bag_reader import BagReader
-from uncom_bringup.topics import RECORDED, SIM_STATE
+from uncom_bringup.bags.bag_reader import BagReader
+from uncom_bringup.graph.topics import RECORDED, SIM_STATE
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 KEYS = {"heard", "understood", "chosen", "physical", "success", "timings_s", "backends", "artifacts"}

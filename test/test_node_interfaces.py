@@ -10,9 +10,9 @@ import pytest
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
-from uncom_bringup.composed_node import ComposedGraph
-from uncom_bringup.conversions import message_class
-from uncom_bringup.graph import SIX_NODES
+from uncom_bringup.graph.node_processes import SIX_NODES
+from uncom_bringup.monitor.conversions import message_class
+from uncom_bringup.ros.composed_graph import ComposedGraph
 
 TIMEOUT_S = 60.0
 CAMERA = "/head_front_camera"

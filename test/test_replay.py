@@ -17,14 +17,14 @@ from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header, String
-from uncom_bringup.bag_reader import BagReader
-from uncom_bringup.bag_writer import BagWriter
-from uncom_bringup.conversions import compressed_from_image
+from uncom_bringup.bags.bag_reader import BagReader
+from uncom_bringup.bags.bag_writer import BagWriter
 from uncom_bringup.exceptions import BadInputError
-from uncom_bringup.playback import Playback, ahead_of_time
-from uncom_bringup.player_node import PlayerNode, chosen_topics
-from uncom_bringup.recorder_node import RecorderNode
-from uncom_bringup.topics import DEPTH, RGB, Form, Role, Topic
+from uncom_bringup.graph.topics import DEPTH, RGB, Form, Role, Topic
+from uncom_bringup.monitor.conversions import compressed_from_image
+from uncom_bringup.replay.playback_clock import Playback, ahead_of_time
+from uncom_bringup.replay.player_node import PlayerNode, chosen_topics
+from uncom_bringup.replay.recorder_node import RecorderNode
 from uncom_common.conversions import depth_from_msg, depth_to_msg, rgb_from_msg, rgb_to_msg, time_to_msg
 
 TIMEOUT_S = 30.0

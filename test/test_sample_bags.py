@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 import yaml
-from uncom_bringup.answer import answer
-from uncom_bringup.bag_reader import BagReader
-from uncom_bringup.compare import compare
-from uncom_bringup.understand_node import check_bag, understand, understand_in_process
+from uncom_bringup.bags.bag_reader import BagReader
+from uncom_bringup.report.answer import answer
+from uncom_bringup.report.compare import compare
+from uncom_bringup.ros.understand_recording import check_bag, understand, understand_in_process
 
 BAGS = Path(__file__).resolve().parents[1] / "bags"
 MANIFEST = yaml.safe_load((BAGS / "manifest.yaml").read_text(encoding="utf-8"))

@@ -3,12 +3,12 @@
 
 import pytest
 import shapely
-from uncom_sim.bench_execution import summary
-from uncom_sim.bench_execution_cases import RELATIONS, asked_relations, make_case, standing
+from uncom_sim.bench_execution.cases import RELATIONS, asked_relations, make_case, standing
+from uncom_sim.bench_execution.run import summary
 from uncom_sim.objects.catalogue import KINDS
 from uncom_sim.objects.footprint import outline
-from uncom_sim.scoring import judge
-from uncom_sim.variation import everything_in_sight
+from uncom_sim.scoring.scoring import judge
+from uncom_sim.world.scene_variation import everything_in_sight
 
 
 @pytest.mark.parametrize("number", [1, 4, 8, 14, 19, 25])

@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from uncom_sim import bench_in_a_row
-from uncom_sim.bench_in_a_row import Turn, resident_mb, run_in_a_row, summary_in_a_row, table
+from uncom_sim.bench_execution import in_a_row as bench_in_a_row
+from uncom_sim.bench_execution.in_a_row import Turn, resident_mb, run_in_a_row, summary_in_a_row, table
+from uncom_sim.bench_execution.next_command import next_command, random_scene
 from uncom_sim.exceptions import SceneError
-from uncom_sim.next_command import next_command, random_scene
 from uncom_sim.objects.catalogue import model
 from uncom_sim.objects.footprint import outline
 from uncom_sim.types import ObjectState
-from uncom_sim.variation import everything_in_sight
+from uncom_sim.world.scene_variation import everything_in_sight
 
 
 def world_states(scene, height=0.75):

@@ -6,13 +6,15 @@ import re
 import numpy as np
 import pinocchio as pin
 import pytest
-from uncom_sim import bench_planning, bench_planning_roboplan
-from uncom_sim.bench_planning_mplib import PYTHON
-from uncom_sim.bench_planning_peers import ratios, run_peers
-from uncom_sim.bench_planning_problems import locked_urdf
+from uncom_sim.bench_planning import peer_roboplan as bench_planning_roboplan
+from uncom_sim.bench_planning import run as bench_planning
+from uncom_sim.bench_planning.peer_mplib import PYTHON
+from uncom_sim.bench_planning.peers import ratios, run_peers
+from uncom_sim.bench_planning.problems import locked_urdf
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.robot.names import home_positions
-from uncom_tiago_exec.robot_model import RobotModel, group_joints
+from uncom_tiago_exec.robot.joint_names import group_joints
+from uncom_tiago_exec.robot.robot_model import RobotModel
 
 
 @pytest.fixture(scope="module")

@@ -9,13 +9,15 @@ from xml.etree import ElementTree as ET
 
 import pinocchio as pin
 import pytest
-from uncom_sim import bench_planning, bench_planning_mplib
-from uncom_sim.bench_planning_mplib import PYTHON, judged, run_mplib, srdf, write_arms
-from uncom_sim.bench_planning_problems import locked_urdf
+from uncom_sim.bench_planning import peer_mplib as bench_planning_mplib
+from uncom_sim.bench_planning import run as bench_planning
+from uncom_sim.bench_planning.peer_mplib import PYTHON, judged, run_mplib, srdf, write_arms
+from uncom_sim.bench_planning.problems import locked_urdf
 from uncom_sim.exceptions import WorkerError
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.robot.names import home_positions
-from uncom_tiago_exec.robot_model import RobotModel, group_joints
+from uncom_tiago_exec.robot.joint_names import group_joints
+from uncom_tiago_exec.robot.robot_model import RobotModel
 
 
 @pytest.fixture(scope="module")

@@ -6,13 +6,13 @@ from __future__ import annotations
 from itertools import combinations
 
 import pytest
-from uncom_sim.benchmark.casting import plan_take, plan_takes
-from uncom_sim.benchmark.scenarios import scenario, scenarios
-from uncom_sim.benchmark.values import SUBJECTS
+from uncom_sim.bench_understanding.takes.casting import plan_take, plan_takes
+from uncom_sim.bench_understanding.takes.scenarios import scenario, scenarios
+from uncom_sim.bench_understanding.takes.values import SUBJECTS
 from uncom_sim.exceptions import SceneError
 from uncom_sim.objects.footprint import outline
 from uncom_sim.person.phrases import find_phrases
-from uncom_sim.variation import everything_in_sight
+from uncom_sim.world.scene_variation import everything_in_sight
 
 AUTHORS = (11, 9, 7, 7, 6, 7, 1, 7, 10, 9, 6, 6, 7, 6, 10, 5, 8, 8, 5, 10, 8, 6)
 

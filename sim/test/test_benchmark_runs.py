@@ -7,17 +7,16 @@ import json
 from dataclasses import replace
 
 import pytest
-from uncom_bringup.understand_node import understand_in_process
-from uncom_sim.benchmark import run as benchmark
-from uncom_sim.benchmark.bags import write_bag
-from uncom_sim.benchmark.casting import plan_take, plan_takes
-from uncom_sim.benchmark.outcome import Outcome
-from uncom_sim.benchmark.pool import in_workers, run_take
-from uncom_sim.benchmark.scenarios import scenario
-from uncom_sim.benchmark.values import Conditions
-from uncom_sim.benchmark.worker import Task, Worker, WorkerOptions, first_command
-
-from uncom_bringup import run_record as kinds
+from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.ros.understand_recording import understand_in_process
+from uncom_sim.bench_understanding import run as benchmark
+from uncom_sim.bench_understanding.judging.outcome import Outcome
+from uncom_sim.bench_understanding.pool import in_workers, run_take
+from uncom_sim.bench_understanding.takes.casting import plan_take, plan_takes
+from uncom_sim.bench_understanding.takes.scenarios import scenario
+from uncom_sim.bench_understanding.takes.values import Conditions
+from uncom_sim.bench_understanding.worker import Task, Worker, WorkerOptions, first_command
+from uncom_sim.ros.take_bag import write_bag
 
 DOMAIN = 91
 

@@ -7,20 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from uncom_bringup.bag_reader import BagReader
-from uncom_bringup.image_codec import decode_colour
-from uncom_sim.benchmark.bags import write_bag
-from uncom_sim.benchmark.casting import plan_take
-from uncom_sim.benchmark.journal import Journal
-from uncom_sim.benchmark.judging import judge
-from uncom_sim.benchmark.miss_pictures import camera_pose
-from uncom_sim.benchmark.outcome import Outcome
-from uncom_sim.benchmark.recording import load_take, save_take
-from uncom_sim.benchmark.scenarios import scenario
-from uncom_sim.benchmark.studio import RATE_HZ, generator_version, make_take
-from uncom_sim.benchmark.truth_scene import true_scene
+from uncom_bringup.bags.bag_reader import BagReader
+from uncom_bringup.bags.image_codec import decode_colour
+from uncom_sim.bench_understanding.judging.outcome import Outcome
+from uncom_sim.bench_understanding.judging.truth_scene import true_scene
+from uncom_sim.bench_understanding.judging.verdict import judge
+from uncom_sim.bench_understanding.reporting.journal import Journal
+from uncom_sim.bench_understanding.reporting.miss_pictures import camera_pose
+from uncom_sim.bench_understanding.takes.casting import plan_take
+from uncom_sim.bench_understanding.takes.recording import load_take, save_take
+from uncom_sim.bench_understanding.takes.scenarios import scenario
+from uncom_sim.bench_understanding.takes.studio import RATE_HZ, generator_version, make_take
 from uncom_sim.exceptions import SimError
 from uncom_sim.person.voice import speak
+from uncom_sim.ros.take_bag import write_bag
 
 PLAN = plan_take(scenario(3), 0, 9)
 

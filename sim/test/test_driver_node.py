@@ -25,7 +25,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
-from uncom_bringup.domain import DomainClaim
+from uncom_bringup.graph.ros_domain import DomainClaim
 from uncom_common.conversions import (
     camera_from_msg,
     depth_from_msg,
@@ -37,8 +37,8 @@ from uncom_common.conversions import (
 from uncom_common.exceptions import InvalidConfigError
 from uncom_common.transforms import TransformBuffer
 from uncom_sim.camera.views import HEAD_CAMERA
-from uncom_sim.conversions import trajectory_from_msg, trajectory_to_msg
-from uncom_sim.driver_config import DriverConfig
+from uncom_sim.driver.conversions import trajectory_from_msg, trajectory_to_msg
+from uncom_sim.driver.driver_config import DriverConfig
 from uncom_sim.driver_node import DriverNode
 from uncom_sim.exceptions import SceneError
 

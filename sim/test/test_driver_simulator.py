@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from uncom_sim.camera.views import HEAD_CAMERA
 from uncom_sim.controllers.trajectory import Trajectory, Waypoint
-from uncom_sim.microphone import SAMPLE_RATE_HZ, Microphone
-from uncom_sim.pace import Schedule
+from uncom_sim.driver.real_time_pace import Schedule
 from uncom_sim.robot.description import CAMERA_FRAME
-from uncom_sim.scene import scene_from_dict
-from uncom_sim.simulator import Simulator
+from uncom_sim.world.microphone import SAMPLE_RATE_HZ, Microphone
+from uncom_sim.world.scene_file import scene_from_dict
+from uncom_sim.world.simulator import Simulator
 
 SCENE = {
     "objects": [

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from uncom_common.conversions import header_to_msg
 from uncom_perception.conversions import models_from_msg, models_to_msg
-from uncom_sim.bench_execution import run_case
-from uncom_sim.bench_execution_cases import Case
-from uncom_sim.bench_robot import SteppedRobot
-from uncom_sim.external_poses import ExternalPosesConfig, PoseEstimator
-from uncom_sim.simulator import Simulator
+from uncom_sim.bench_execution.cases import Case
+from uncom_sim.bench_execution.run import run_case
+from uncom_sim.bench_execution.stepped_robot import SteppedRobot
+from uncom_sim.pose_estimator.pose_estimator import ExternalPosesConfig, PoseEstimator
 from uncom_sim.types import Meaning, Scene, SceneObject
+from uncom_sim.world.simulator import Simulator
 
 
 def case_of(kind):

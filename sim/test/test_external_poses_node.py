@@ -11,7 +11,7 @@ import rclpy
 from nav_msgs.msg import Odometry
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
-from uncom_bringup.domain import DomainClaim
+from uncom_bringup.graph.ros_domain import DomainClaim
 from uncom_common.conversions import (
     camera_to_msg,
     depth_to_msg,
@@ -24,14 +24,14 @@ from uncom_common.transforms import StampedTransform, invert
 from uncom_perception.conversions import models_from_msg, scene_from_response
 from uncom_perception.detection_node import DetectionNode
 from uncom_sim.camera.views import HEAD_CAMERA
-from uncom_sim.conversions import sim_state_to_msg
-from uncom_sim.external_poses import mesh_of
+from uncom_sim.driver.conversions import sim_state_to_msg
 from uncom_sim.external_poses_node import ExternalPosesNode
 from uncom_sim.objects.catalogue import KINDS, model, natural_colour
+from uncom_sim.pose_estimator.pose_estimator import mesh_of
 from uncom_sim.robot.description import CAMERA_FRAME
-from uncom_sim.scene import scene_from_dict
-from uncom_sim.simulator import Simulator
 from uncom_sim.types import ObjectState
+from uncom_sim.world.scene_file import scene_from_dict
+from uncom_sim.world.simulator import Simulator
 
 from uncom_interfaces.msg import ObjectPoses, SimState
 from uncom_interfaces.srv import Detect

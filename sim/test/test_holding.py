@@ -5,16 +5,16 @@ import numpy as np
 import pybullet
 import pytest
 from uncom_common.transforms import invert
-from uncom_sim.bench_execution import task_of
-from uncom_sim.bench_execution_cases import Case
-from uncom_sim.bench_robot import SteppedRobot
-from uncom_sim.contacts import ContactCounter
+from uncom_sim.bench_execution.cases import Case
+from uncom_sim.bench_execution.run import task_of
+from uncom_sim.bench_execution.stepped_robot import SteppedRobot
 from uncom_sim.robot.description import tiago_urdf
-from uncom_sim.simulator import Simulator
 from uncom_sim.types import Meaning, Scene, SceneObject
+from uncom_sim.world.contact_counter import ContactCounter
+from uncom_sim.world.simulator import Simulator
 from uncom_tiago_exec.config import ExecutionConfig
-from uncom_tiago_exec.engine import Engine
-from uncom_tiago_exec.robot_model import RobotModel
+from uncom_tiago_exec.execution.engine import Engine
+from uncom_tiago_exec.robot.robot_model import RobotModel
 
 SECONDS = 8.0
 

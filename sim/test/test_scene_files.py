@@ -9,12 +9,12 @@ from itertools import combinations
 
 import pytest
 from uncom_sim.exceptions import SceneError
-from uncom_sim.meaning import meaning_of, with_say
 from uncom_sim.objects.catalogue import KINDS
 from uncom_sim.objects.footprint import outline
-from uncom_sim.scene import load_scenario, load_scene, scenario_names, scene_from_dict
 from uncom_sim.types import Table
-from uncom_sim.variation import GAP_M, randomised
+from uncom_sim.world.intended_meaning import meaning_of, with_say
+from uncom_sim.world.scene_file import load_scenario, load_scene, scenario_names, scene_from_dict
+from uncom_sim.world.scene_variation import GAP_M, randomised
 
 LEMON = {"id": "l", "kind": "lemon", "x": 0.6, "y": 0.1}
 BOWL = {"id": "b", "kind": "bowl", "colour": "red", "x": 0.62, "y": -0.2}

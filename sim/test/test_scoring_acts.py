@@ -6,12 +6,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from uncom_sim.bench_execution_cases import standing
+from uncom_sim.bench_execution.cases import standing
 from uncom_sim.objects.catalogue import natural_colour
-from uncom_sim.scene import scene_from_dict
-from uncom_sim.scoring import PhysicalResult
-from uncom_sim.scoring_acts import Moment, judge_act, mouth
+from uncom_sim.scoring.scoring import PhysicalResult
+from uncom_sim.scoring.scoring_acts import Moment, judge_act, mouth
 from uncom_sim.types import Table
+from uncom_sim.world.scene_file import scene_from_dict
 
 TABLE = Table()
 AWAY = np.eye(4)

@@ -12,9 +12,9 @@ import pybullet
 import pytest
 from uncom_sim.person.hand import INDEX_BASE, INDEX_TIP
 from uncom_sim.person.placement import looking_robot
-from uncom_sim.scene import load_scenario, scenario_names, scene_from_dict
-from uncom_sim.simulator import Simulator
-from uncom_sim.world import World
+from uncom_sim.world.scene_file import load_scenario, scenario_names, scene_from_dict
+from uncom_sim.world.simulator import Simulator
+from uncom_sim.world.world import World
 
 
 @pytest.fixture

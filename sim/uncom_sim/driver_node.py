@@ -31,7 +31,7 @@ from uncom_common.conversions import (
 
 from uncom_interfaces.msg import SimState
 from uncom_sim.camera.views import HEAD_CAMERA
-from uncom_sim.conversions import (
+from uncom_sim.driver.conversions import (
     audio_info_to_msg,
     audio_to_msg,
     frames_to_msg,
@@ -39,11 +39,11 @@ from uncom_sim.conversions import (
     odometry_to_msg,
     sim_state_to_msg,
 )
-from uncom_sim.driver_config import DriverConfig
-from uncom_sim.pace import Pace, Schedule
+from uncom_sim.driver.driver_config import DriverConfig
+from uncom_sim.driver.real_time_pace import Pace, Schedule
 from uncom_sim.robot.description import CAMERA_FRAME, tiago_urdf
-from uncom_sim.simulator import Simulator
-from uncom_sim.trajectory_port_node import TrajectoryPort
+from uncom_sim.ros.trajectory_port import TrajectoryPort
+from uncom_sim.world.simulator import Simulator
 
 _CAMERA = "/head_front_camera"
 _AUDIO_CHUNK_S = 0.05

@@ -12,7 +12,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
-from uncom_bringup.bag_reader import BagReader
+from uncom_bringup.bags.bag_reader import BagReader
 from uncom_bringup.exceptions import BagError
 from uncom_common.conversions import rgb_from_msg
 

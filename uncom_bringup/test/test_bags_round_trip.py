@@ -11,14 +11,13 @@ import numpy as np
 import pytest
 import rclpy.serialization as ros
 from std_msgs.msg import Header, String
-from uncom_bringup.bag_reader import BagReader
-from uncom_bringup.bag_writer import BagWriter
-from uncom_bringup.conversions import compressed_from_image, compressed_to_image, message_class
+from uncom_bringup.bags import image_codec
+from uncom_bringup.bags.bag_reader import BagReader
+from uncom_bringup.bags.bag_writer import BagWriter
 from uncom_bringup.exceptions import BadInputError, BagError, OutputExistsError, UnknownTypeError
-from uncom_bringup.topics import RECORDED, Form
+from uncom_bringup.graph.topics import RECORDED, Form
+from uncom_bringup.monitor.conversions import compressed_from_image, compressed_to_image, message_class
 from uncom_common.conversions import depth_from_msg, depth_to_msg
-
-from uncom_bringup import image_codec
 
 STRING = "std_msgs/msg/String"
 

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import pytest
-from uncom_bringup.commands.bench_latency import report_text
-from uncom_bringup.latency_node import Answer, report_of
+from uncom_bringup.commands.benchmarks.latency import report_text
+from uncom_bringup.ros.measure_latency import Answer, report_of
 
 
 def answers(count):

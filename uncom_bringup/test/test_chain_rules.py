@@ -7,13 +7,13 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from uncom_bringup.chain_config import ChainConfig, load_chain_config
-from uncom_bringup.chain_published import RETRY_S, Line, decide_as_published, finger
+from uncom_bringup.chain.config import ChainConfig, load_chain_config
 from uncom_bringup.exceptions import BadInputError
 from uncom_common.camera import PinholeCamera
 from uncom_language.types import Act, Command, Primitive, Reference, Relation, Span
 from uncom_perception.types import Box, Detection, Hand, HandsFrame, Scene, TableSurface
 from uncom_reasoner.types import Evidence, Status, TargetKind, View
+from uncom_sim.bench_understanding.judging.paper_rules import RETRY_S, Line, decide_as_published, finger
 
 CAMERA = PinholeCamera(640, 480, 500.0, 500.0, 320.0, 240.0)
 OVERHEAD = np.diag([1.0, -1.0, -1.0, 1.0])

@@ -7,8 +7,8 @@ import copy
 import json
 
 import pytest
-from uncom_bringup.compare import Tolerance, compare, load_answer
 from uncom_bringup.exceptions import BadInputError
+from uncom_bringup.report.compare import Tolerance, compare, load_answer
 
 
 def candidate(label, x, probability, chosen=False):

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 import yaml
-from uncom_bringup.composed_node import node_class
-from uncom_bringup.domain import DomainClaim
 from uncom_bringup.exceptions import BadInputError, GraphError
-from uncom_bringup.graph import SIX_NODES, GraphProcesses, NodeSpec, node_command, parameter_text
+from uncom_bringup.graph.node_processes import SIX_NODES, GraphProcesses, NodeSpec, node_command, parameter_text
+from uncom_bringup.graph.ros_domain import DomainClaim
+from uncom_bringup.ros.composed_graph import node_class
 
 TIMEOUT_S = 60.0
 LANGUAGE = next(spec for spec in SIX_NODES if spec.name == "language_node")
@@ -90,7 +90,7 @@ def test_a_node_stops_on_request_by_itself(tmp_path):
 STARTER_PROGRAM = """
 import sys, threading
 from pathlib import Path
-from uncom_bringup.graph import GraphProcesses, NodeSpec
+from uncom_bringup.graph.node_processes import GraphProcesses, NodeSpec
 graph = GraphProcesses(Path(sys.argv[1]), int(sys.argv[2]))
 graph.start(NodeSpec("language_node", "uncom_language", "LanguageNode"))
 print(graph._running[0].process.pid, flush=True)

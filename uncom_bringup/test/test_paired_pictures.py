@@ -7,8 +7,8 @@ import random
 import struct
 
 import pytest
-from uncom_bringup.bag_reader import BagMessage, BagTopic
-from uncom_bringup.paired_pictures import with_depth_first
+from uncom_bringup.bags.bag_reader import BagMessage, BagTopic
+from uncom_bringup.bags.depth_first_order import with_depth_first
 
 PICTURE, DEPTH, SOUND = "/rgb", "/depth", "/audio"
 LATER_NS = 60_000_000

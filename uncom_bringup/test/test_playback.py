@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from uncom_bringup.commands.replay import remappings
 from uncom_bringup.exceptions import BadInputError
-from uncom_bringup.keyboard import DOWN, RIGHT, SPACE, UP, Keyboard
-from uncom_bringup.playback import Playback, ahead_of_time
+from uncom_bringup.replay.keyboard import DOWN, RIGHT, SPACE, UP, Keyboard
+from uncom_bringup.replay.playback_clock import Playback, ahead_of_time
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,14 @@ from __future__ import annotations
 import av
 import numpy as np
 import pytest
-from uncom_bringup.conversions import message_class, plain_from_msg
-from uncom_bringup.image_codec import encode_jpeg
+from uncom_bringup.bags.image_codec import encode_jpeg
+from uncom_bringup.monitor import completion
+from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.monitor.conversions import message_class, plain_from_msg
+from uncom_bringup.monitor.run_record import Event, Frame, RunRecord
+from uncom_bringup.report import artifacts, progress, summary
 from uncom_bringup.report.page import Outcome
-from uncom_bringup.run_record import Event, Frame, RunRecord
 from uncom_common.conversions import time_to_msg
-
-from uncom_bringup import artifacts, completion, progress, summary
-from uncom_bringup import run_record as kinds
 
 WORDS = ["take", "the", "lemon", "and", "put", "it", "in", "this", "bowl"]
 

@@ -8,11 +8,11 @@ from fractions import Fraction
 import av
 import numpy as np
 import pytest
-from uncom_bringup.bag_reader import BagReader
+from uncom_bringup.bags import image_codec
+from uncom_bringup.bags.bag_reader import BagReader
+from uncom_bringup.bags.video_bag import START_S, write_video_bag
 from uncom_bringup.exceptions import BadInputError
-from uncom_bringup.video_bag import START_S, write_video_bag
-
-from uncom_bringup import image_codec, topics
+from uncom_bringup.graph import topics
 
 FPS, SECONDS, RATE, BEEP_S = 30, 2, 48000, 1.2
 

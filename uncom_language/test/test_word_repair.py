@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import pytest
 from uncom_language.parser import parse_text
+from uncom_language.parser.lexical.word_repair import find_repair, repaired
 from uncom_language.parser.understanding import Understanding
-from uncom_language.parser.word_repair import find_repair, repaired
 from uncom_language.types import Alternative, Transcript, Word
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import pybullet
 from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import invert
-from uncom_sim.scene import scene_from_dict
-from uncom_sim.world import World
+from uncom_sim.world.scene_file import scene_from_dict
+from uncom_sim.world.world import World
 
 NEAR_M, FAR_M = 0.05, 12.0
 CAMERA = PinholeCamera(640, 480, 522.19, 522.19, 320.5, 240.5)

@@ -12,12 +12,12 @@ from uncom_common.conversions import header_to_msg
 from uncom_common.transforms import apply, invert
 from uncom_perception.conversions import detection_from_msg, detection_to_msg, models_from_msg, models_to_msg
 from uncom_perception.frames import RawBuffer, stamp_of
-from uncom_perception.objects.lexicon import load_lexicon
-from uncom_perception.objects.models import with_models
-from uncom_perception.objects.tabletop import TabletopDetector
-from uncom_perception.objects.tracking import ObjectTracker
+from uncom_perception.objects.attributes.lexicon import load_lexicon
+from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
+from uncom_perception.objects.tracking.external_models import with_models
+from uncom_perception.objects.tracking.object_tracker import ObjectTracker
 from uncom_perception.types import ObjectModel
-from uncom_sim.external_poses import mesh_of
+from uncom_sim.pose_estimator.pose_estimator import mesh_of
 
 RED = (0.6, 0.2, 0.08, 0.08, 0.1, (200, 30, 30))
 BLUE = (0.65, -0.2, 0.12, 0.06, 0.06, (30, 60, 200))

@@ -13,11 +13,11 @@ from tiny_sam import write_tiny_sam
 from uncom_common.exceptions import InvalidConfigError, ModelNotFoundError
 from uncom_common.full_models import pick_device
 from uncom_perception.depth.dpt import DptDepth, load_dpt, table_scale
-from uncom_perception.depth.estimator import make_depth_estimator
+from uncom_perception.depth.make_depth_estimator import make_depth_estimator
 from uncom_perception.exceptions import InvalidImageError, UnknownBackendError
-from uncom_perception.objects.backends import make_detector
-from uncom_perception.objects.grounding_dino import GroundingOptions, _merged, load_grounding_dino
-from uncom_perception.objects.queries import query_of
+from uncom_perception.objects.detectors.grounding_dino_detector import GroundingOptions, _merged, load_grounding_dino
+from uncom_perception.objects.detectors.make_detector import make_detector
+from uncom_perception.objects.detectors.queries import query_of
 from uncom_perception.segmentation.backends import make_segmenter
 from uncom_perception.segmentation.cluster import ClusterSegmenter
 from uncom_perception.types import Box, Hand, HandsFrame

@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 import pytest
 from uncom_perception.exceptions import InvalidLexiconError
-from uncom_perception.objects.colour import COLOUR_NAMES, name_colours
-from uncom_perception.objects.lexicon import Noun, ThingClass, load_lexicon
-from uncom_perception.objects.phrases import PhraseMatcher
-from uncom_perception.objects.shape import Shape, measure
+from uncom_perception.objects.attributes.colour import COLOUR_NAMES, name_colours
+from uncom_perception.objects.attributes.lexicon import Noun, ThingClass, load_lexicon
+from uncom_perception.objects.attributes.phrase_matcher import PhraseMatcher
+from uncom_perception.objects.attributes.shape import Shape, measure
 
 BALL = Shape(0.07, 0.07, 0.07, 1.0, 1.0, 0.75, 0.8, 0.0, 0.0, 0.01, 0.15, 0.44, 0.67, 1.4)
 BOWL = Shape(0.17, 0.17, 0.065, 1.0, 0.37, 0.93, 0.8, 1.0, 0.85, 0.01, 0.1, 0.16, 1.3, 1.3)

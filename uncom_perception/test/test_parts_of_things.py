@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from uncom_perception.objects.body import clean_points
-from uncom_perception.objects.fitting import is_neck
-from uncom_perception.objects.inside import is_inside
+from uncom_perception.objects.attributes.object_geometry import clean_points
+from uncom_perception.objects.segments.inside_test import is_inside
+from uncom_perception.objects.segments.surface_fitting import is_neck
 
 VIEWER = np.array([0.0, 0.0, 0.6])
 AHEAD = np.array([0.8, 0.1])

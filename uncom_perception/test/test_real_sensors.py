@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from perception_scenes import CAMERA, POSE, camera_pose, overlap, plain_table
 from uncom_perception.objects import detect_in_image
-from uncom_perception.objects.pinholes import without_pinholes
-from uncom_perception.objects.tabletop import TabletopDetector
+from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
+from uncom_perception.objects.table.pinholes import without_pinholes
 
 BLOCKS = [
     (0.6, 0.2, 0.08, 0.08, 0.1, (200, 30, 30)),

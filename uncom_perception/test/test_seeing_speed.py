@@ -14,7 +14,7 @@ import pytest
 from perception_scenes import CAMERA, POSE, takes
 from uncom_perception.hands.gesture import make_reader
 from uncom_perception.hands.mediapipe_hands import MediaPipeHands
-from uncom_perception.objects.tabletop import TabletopDetector
+from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
 
 KINDS = ("mug", "bowl", "apple", "can", "pear", "lemon", "banana", "cup", "box", "bottle", "spoon", "plate")
 WORDS = {"say": "take this mug and put it next to this apple", "point_object": "t0", "point_target": "t2"}

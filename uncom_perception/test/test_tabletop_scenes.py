@@ -11,8 +11,8 @@ from perception_scenes import CAMERA, POSE, camera_pose, overlap, plain_table, t
 from uncom_perception.exceptions import InvalidImageError
 from uncom_perception.hands import point_in_image
 from uncom_perception.objects import detect_in_image, scene_to_json
-from uncom_perception.objects.detect import own_fits
-from uncom_perception.objects.tabletop import TabletopDetector
+from uncom_perception.objects.detectors.detect_in_image import own_fits
+from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
 
 KINDS = [
     "banana",

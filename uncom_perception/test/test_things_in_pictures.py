@@ -4,7 +4,7 @@
 import cv2
 import numpy as np
 import pytest
-from uncom_perception.objects.tabletop import TabletopDetector
+from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
 
 WOOD, WALL, FLOOR = (178, 134, 92), (120, 124, 130), (70, 66, 64)
 

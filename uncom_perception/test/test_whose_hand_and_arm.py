@@ -10,7 +10,7 @@ from test_pointing_geometry import hand
 from uncom_perception.exceptions import InvalidImageError
 from uncom_perception.hands.detector import HandDetector, RawHand
 from uncom_perception.hands.gesture import make_reader
-from uncom_perception.objects.tabletop import TabletopDetector
+from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
 from uncom_perception.segmentation.cluster import ClusterSegmenter
 from uncom_perception.types import Box
 

@@ -37,13 +37,13 @@ from uncom_perception.conversions import (
     scene_to_response,
 )
 from uncom_perception.depth.dpt import table_scale
-from uncom_perception.depth.estimator import make_depth_estimator
+from uncom_perception.depth.make_depth_estimator import make_depth_estimator
 from uncom_perception.exceptions import InvalidImageError
 from uncom_perception.frames import RawBuffer, stamp_of
-from uncom_perception.objects.backends import detector_of
-from uncom_perception.objects.lexicon import load_lexicon
-from uncom_perception.objects.models import with_models
-from uncom_perception.objects.tracking import ObjectTracker
+from uncom_perception.objects.attributes.lexicon import load_lexicon
+from uncom_perception.objects.detectors.make_detector import detector_of
+from uncom_perception.objects.tracking.external_models import with_models
+from uncom_perception.objects.tracking.object_tracker import ObjectTracker
 from uncom_perception.segmentation.backends import segmenter_of
 from uncom_perception.types import Box, FloatArray, Scene
 

@@ -20,8 +20,8 @@ from uncom_perception.types import (
     Scene,
     TableSurface,
 )
-from uncom_reasoner.phrases import CONTAINER, OBJECTS, phrases_of
-from uncom_reasoner.rays import observe
+from uncom_reasoner.detector_phrases import CONTAINER, OBJECTS, phrases_of
+from uncom_reasoner.pointing.ray_fusion import observe
 from uncom_reasoner.types import Evidence, View
 
 TABLE_Z = 0.72

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from reasoner_scenes import Thing, command, evidence, reference
-from uncom_reasoner.calibration import Table, calibration_error, reliability, scene_without, table_of
+from uncom_reasoner.calibration.calibration import Table, calibration_error, reliability, scene_without, table_of
+from uncom_reasoner.calibration.fit_weights import accepted, fit, main, probabilities, read_tables, with_thresholds
 from uncom_reasoner.exceptions import InvalidWeightsError
-from uncom_reasoner.fitting import accepted, fit, main, probabilities, read_tables, with_thresholds
-from uncom_reasoner.grounding import ground
+from uncom_reasoner.grounding.ground import ground
 from uncom_reasoner.weights import load_weights
 
 

@@ -14,13 +14,13 @@ from reasoner_scenes import SIZES, TABLE_Z, VIEW, Thing, command, evidence, poin
 from shapely.geometry import Polygon
 from uncom_language.types import Primitive, Relation
 from uncom_reasoner.config import PlacingConfig
-from uncom_reasoner.context import context_of
-from uncom_reasoner.grounding import ground
-from uncom_reasoner.memory import Memory
-from uncom_reasoner.receiving import opening_of
-from uncom_reasoner.surface import centre_of, footprint, surface_of
+from uncom_reasoner.grounding.ground import ground
+from uncom_reasoner.posterior.context import context_of
+from uncom_reasoner.posterior.discourse_memory import Memory
+from uncom_reasoner.support.receptacle import opening_of
+from uncom_reasoner.support.support_plane import centre_of, footprint, surface_of
+from uncom_reasoner.support.voronoi_cells import occupancy_map
 from uncom_reasoner.types import Evidence, Status, TargetKind
-from uncom_reasoner.voronoi import occupancy_map
 from uncom_reasoner.weights import load_weights
 
 LATER = np.arange(1.8, 2.6, 0.1)

@@ -18,10 +18,10 @@ from reasoner_scenes import (
     reference,
 )
 from uncom_language.types import Primitive, Relation, Span
-from uncom_reasoner.grounding import ground
-from uncom_reasoner.memory import Memory
-from uncom_reasoner.phrases import any_will_do, detector_phrase, phrases_of
-from uncom_reasoner.rays import dwells_of, observe, phrase_ray
+from uncom_reasoner.detector_phrases import any_will_do, detector_phrase, phrases_of
+from uncom_reasoner.grounding.ground import ground
+from uncom_reasoner.pointing.ray_fusion import dwells_of, observe, phrase_ray
+from uncom_reasoner.posterior.discourse_memory import Memory
 from uncom_reasoner.types import Status, View
 from uncom_reasoner.weights import load_weights
 

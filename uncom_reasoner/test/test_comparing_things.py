@@ -12,9 +12,9 @@ from shapely.geometry import Point
 from uncom_language.types import Primitive, Relation
 from uncom_perception.types import Attribute
 from uncom_reasoner.config import PlacingConfig
-from uncom_reasoner.grounding import ground, ground_parts
+from uncom_reasoner.grounding.ground import ground, ground_parts
+from uncom_reasoner.grounding.phrasing import sentence
 from uncom_reasoner.types import Given, Status
-from uncom_reasoner.wording import sentence
 
 # In a row from the robot's left (+y) to its right, not in the order of their ids; a lemon that must not be counted.
 CUPS = [

@@ -13,12 +13,12 @@ from reasoner_scenes import POSE, TABLE_Z, Thing, command, evidence, pointing, r
 from uncom_language.types import Act, Command, Primitive, Relation
 from uncom_perception.types import Attribute
 from uncom_reasoner.config import PlacingConfig
-from uncom_reasoner.conversation import Again, Conversation, Turn
+from uncom_reasoner.detector_phrases import phrases_of
 from uncom_reasoner.dialogue.answers import choice_in
+from uncom_reasoner.dialogue.conversation import Again, Conversation, Turn
 from uncom_reasoner.dialogue.machine import Dialogue
 from uncom_reasoner.dialogue.types import Answer, End, Question, QuestionKind, Verdict
-from uncom_reasoner.phrases import phrases_of
-from uncom_reasoner.rays import observe
+from uncom_reasoner.pointing.ray_fusion import observe
 from uncom_reasoner.types import Status
 from uncom_reasoner.weights import load_weights
 

@@ -13,20 +13,20 @@ from reasoner_scenes import CAMERA, TABLE_Z, VIEW, Thing, command, evidence, pix
 from std_msgs.msg import Header
 from uncom_language.types import Primitive, Relation
 from uncom_perception.types import Attribute
-from uncom_reasoner.annotate import GREEN, ORANGE, annotate, caption
 from uncom_reasoner.conversions import (
     explanation_from_msg,
     explanation_to_msg,
     grounded_command_from_msg,
     grounded_command_to_msg,
 )
-from uncom_reasoner.decisions import failed
 from uncom_reasoner.exceptions import InvalidGroundingError, InvalidWeightsError
-from uncom_reasoner.explanation import explain
-from uncom_reasoner.grounding import ground
+from uncom_reasoner.explanation.annotated_image import GREEN, ORANGE, annotate, caption
+from uncom_reasoner.explanation.explanation import explain
+from uncom_reasoner.grounding.decision import failed
+from uncom_reasoner.grounding.ground import ground
+from uncom_reasoner.grounding.phrasing import sentence
 from uncom_reasoner.types import Decision, Status, TargetKind, View
 from uncom_reasoner.weights import Weights, load_weights
-from uncom_reasoner.wording import sentence
 
 from uncom_interfaces.msg import GroundedCommand as GroundedCommandMsg
 

@@ -12,8 +12,8 @@ import pytest
 from reasoner_scenes import POSE, TABLE_Z, Thing, command, evidence, pointing, reference
 from uncom_language.types import Act, Command, Primitive, Relation
 from uncom_reasoner.config import PlacingConfig
-from uncom_reasoner.conversation import Conversation
-from uncom_reasoner.rays import observe
+from uncom_reasoner.dialogue.conversation import Conversation
+from uncom_reasoner.pointing.ray_fusion import observe
 from uncom_reasoner.types import Status
 from uncom_reasoner.weights import load_weights
 

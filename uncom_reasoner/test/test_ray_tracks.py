@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from uncom_reasoner.ray_tracks import tracks_of
-from uncom_reasoner.rays import dwells_of
+from uncom_reasoner.pointing.ray_fusion import dwells_of
+from uncom_reasoner.pointing.ray_tracks import tracks_of
 from uncom_reasoner.types import RayObservation
 from uncom_reasoner.weights import load_weights
 

@@ -7,9 +7,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from reasoner_scenes import POSE, TABLE_Z, command, pointing, reference
-from uncom_reasoner.frames import StampedBuffer, scene_frame
-from uncom_reasoner.job import Job, gestures_complete, out_of_time, words_span
-from uncom_reasoner.rays import observe
+from uncom_reasoner.evidence.frame_buffer import StampedBuffer, scene_frame
+from uncom_reasoner.evidence.grounding_job import Job, gestures_complete, out_of_time, words_span
+from uncom_reasoner.pointing.ray_fusion import observe
 from uncom_reasoner.weights import load_weights
 
 

@@ -10,10 +10,10 @@ import pytest
 from reasoner_scenes import CAMERA, POSE, SIZES, TABLE_Z, Thing, command, evidence, pixels, pointing, reference
 from uncom_language.types import Primitive, Relation
 from uncom_reasoner.config import PlacingConfig, ReasonerConfig
-from uncom_reasoner.conversation import Conversation
-from uncom_reasoner.grounding import ground
-from uncom_reasoner.rays import observe
-from uncom_reasoner.senses import Senses
+from uncom_reasoner.dialogue.conversation import Conversation
+from uncom_reasoner.evidence.sensor_memory import Senses
+from uncom_reasoner.grounding.ground import ground
+from uncom_reasoner.pointing.ray_fusion import observe
 from uncom_reasoner.types import Status, TargetKind, View
 from uncom_reasoner.weights import load_weights
 

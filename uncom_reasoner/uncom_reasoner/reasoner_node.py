@@ -27,21 +27,21 @@ from uncom_perception.conversions import scene_from_response
 
 from uncom_interfaces.msg import Command as CommandMsg
 from uncom_interfaces.msg import SpeechStatus
-from uncom_reasoner.asking_node import Asking
 from uncom_reasoner.config import ReasonerConfig
-from uncom_reasoner.conversation import Again, Conversation, Turn
-from uncom_reasoner.decisions import failed
+from uncom_reasoner.detector_phrases import CONTAINER, OBJECTS, goes_back, phrases_of
+from uncom_reasoner.dialogue.conversation import Again, Conversation, Turn
 from uncom_reasoner.dialogue.types import Answer, End, Ending
-from uncom_reasoner.gathering import evidence_of
-from uncom_reasoner.job import Job, Stage, out_of_time
-from uncom_reasoner.looking_node import Looking
-from uncom_reasoner.phrases import CONTAINER, OBJECTS, goes_back, phrases_of
-from uncom_reasoner.senses import Senses
-from uncom_reasoner.telling_node import Telling
+from uncom_reasoner.evidence.evidence_builder import evidence_of
+from uncom_reasoner.evidence.grounding_job import Job, Stage, out_of_time
+from uncom_reasoner.evidence.sensor_memory import Senses
+from uncom_reasoner.grounding.decision import failed
+from uncom_reasoner.grounding.phrasing import proposal, refusal
+from uncom_reasoner.ros.camera_io import Looking
+from uncom_reasoner.ros.decision_publisher import Telling
+from uncom_reasoner.ros.dialogue_io import Asking
+from uncom_reasoner.ros.worker import Worker
 from uncom_reasoner.types import Decision, Status
 from uncom_reasoner.weights import load_weights
-from uncom_reasoner.wording import proposal, refusal
-from uncom_reasoner.worker import Worker
 
 TICK_S = 0.02
 

@@ -6,13 +6,13 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from uncom_sim.bench_planning_scenes import TABLE_Z, detection, flat_table
+from uncom_sim.bench_planning.scenes import TABLE_Z, detection, flat_table
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.robot.names import home_positions
 from uncom_tiago_exec.exceptions import StoppedError
-from uncom_tiago_exec.obstacles import upright
-from uncom_tiago_exec.robot_interface import RobotInterface
-from uncom_tiago_exec.robot_model import RobotModel
+from uncom_tiago_exec.execution.robot_interface import RobotInterface
+from uncom_tiago_exec.robot.robot_model import RobotModel
+from uncom_tiago_exec.scene.obstacles import upright
 from uncom_tiago_exec.types import ManipulationTask
 
 CAMERA = np.array([0.22, 0.0, 1.42])

@@ -13,7 +13,7 @@ from rclpy.action import ActionServer
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from uncom_tiago_exec.patient_client_node import PatientActionClient
+from uncom_tiago_exec.ros.patient_action_client import PatientActionClient
 
 DOMAIN = 88
 NAME = "/quick_controller/follow_joint_trajectory"

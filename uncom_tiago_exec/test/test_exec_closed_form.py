@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from exec_fixtures import robot, start_positions
-from uncom_tiago_exec.closed_form import ClosedForm
+from uncom_tiago_exec.kinematics.analytic_ik import ClosedForm
 from uncom_tiago_exec.types import SIDES
 
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from uncom_tiago_exec.fingers import REACH, SPEED, finger_gap, finger_motion
-from uncom_tiago_exec.robot_model import finger_joints
+from uncom_tiago_exec.robot.gripper_joints import REACH, SPEED, finger_gap, finger_motion
+from uncom_tiago_exec.robot.joint_names import finger_joints
 
 PLACES = st.floats(0.0, REACH)
 

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 from exec_fixtures import TABLE_Z, robot
-from uncom_tiago_exec.grasps import grasp_candidates
-from uncom_tiago_exec.shapes import complete
+from uncom_tiago_exec.grasping.grasps import grasp_candidates
+from uncom_tiago_exec.scene.object_shape import complete
 
 NOTHING = np.zeros((0, 3))
 

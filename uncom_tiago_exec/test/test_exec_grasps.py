@@ -4,13 +4,13 @@
 import numpy as np
 import pytest
 from exec_fixtures import TABLE_Z, ball_cloud, bowl_cloud, box_cloud, cylinder_cloud, make_task, robot
-from uncom_sim.bench_planning_scenes import detection
+from uncom_sim.bench_planning.scenes import detection
 from uncom_tiago_exec.exceptions import RefusedError
-from uncom_tiago_exec.grasps import grasp_candidates
-from uncom_tiago_exec.obstacles import solids_of
-from uncom_tiago_exec.placing import destination, place_options
-from uncom_tiago_exec.scene_model import build_scene
-from uncom_tiago_exec.shapes import complete
+from uncom_tiago_exec.grasping.grasps import grasp_candidates
+from uncom_tiago_exec.grasping.place_poses import destination, place_options
+from uncom_tiago_exec.scene.object_shape import complete
+from uncom_tiago_exec.scene.obstacles import solids_of
+from uncom_tiago_exec.scene.scene_model import build_scene
 
 NOTHING = np.zeros((0, 3))
 

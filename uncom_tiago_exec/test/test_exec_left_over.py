@@ -15,18 +15,18 @@ from exec_fixtures import (
     start_positions,
 )
 from uncom_perception.types import Scene
-from uncom_sim.bench_planning_scenes import detection, flat_table
+from uncom_sim.bench_planning.scenes import detection, flat_table
 from uncom_tiago_exec.config import ExecutionConfig
-from uncom_tiago_exec.driving import BaseDriver
-from uncom_tiago_exec.engine import Engine
 from uncom_tiago_exec.exceptions import MotionError, RefusedError, UnreachableError
-from uncom_tiago_exec.midway import middle_places
-from uncom_tiago_exec.own_body import own_body, with_held
-from uncom_tiago_exec.performing import Performer
-from uncom_tiago_exec.pick_place import PickPlacePlanner
-from uncom_tiago_exec.plan import MoveStep
-from uncom_tiago_exec.recovery import Left, way_home
-from uncom_tiago_exec.sightings import seen_whole
+from uncom_tiago_exec.execution.base_driver import BaseDriver
+from uncom_tiago_exec.execution.engine import Engine
+from uncom_tiago_exec.execution.object_reidentification import seen_whole
+from uncom_tiago_exec.execution.plan_executor import Performer
+from uncom_tiago_exec.execution.recovery import Left, way_home
+from uncom_tiago_exec.execution.robot_segmentation import own_body, with_held
+from uncom_tiago_exec.planning.plan import MoveStep
+from uncom_tiago_exec.skills.pick_place_planner import PickPlacePlanner
+from uncom_tiago_exec.skills.relay_via_middle import middle_places
 from uncom_tiago_exec.types import Stage
 
 

@@ -6,20 +6,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exec_fixtures import ObedientRobot, ball_cloud, cylinder_cloud, make_task, robot
-from uncom_sim.bench_execution import run_case
-from uncom_sim.bench_execution_cases import Case
-from uncom_sim.bench_planning_scenes import detection
-from uncom_sim.scene import scene_from_dict
+from uncom_sim.bench_execution.cases import Case
+from uncom_sim.bench_execution.run import run_case
+from uncom_sim.bench_planning.scenes import detection
 from uncom_sim.types import Meaning
+from uncom_sim.world.scene_file import scene_from_dict
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import UnreachableError
-from uncom_tiago_exec.from_nearer import FromNearer
-from uncom_tiago_exec.grasps import Grasp
-from uncom_tiago_exec.midway import after_moving, middle_places, to_middle
-from uncom_tiago_exec.obstacles import upright
-from uncom_tiago_exec.pick_place import PickPlacePlanner
-from uncom_tiago_exec.plan import Plan
-from uncom_tiago_exec.scene_model import build_scene
+from uncom_tiago_exec.execution.base_approach import FromNearer
+from uncom_tiago_exec.grasping.grasps import Grasp
+from uncom_tiago_exec.planning.plan import Plan
+from uncom_tiago_exec.scene.obstacles import upright
+from uncom_tiago_exec.scene.scene_model import build_scene
+from uncom_tiago_exec.skills.pick_place_planner import PickPlacePlanner
+from uncom_tiago_exec.skills.relay_via_middle import after_moving, middle_places, to_middle
 
 
 def lemon_far_from_its_place(*others):

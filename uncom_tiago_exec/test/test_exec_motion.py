@@ -6,14 +6,14 @@ import pytest
 from exec_fixtures import TABLE_Z, robot, start_positions
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from uncom_tiago_exec.cartesian import straight_path
-from uncom_tiago_exec.collision import CollisionChecker, densify
+from uncom_tiago_exec.collision.collision_checker import CollisionChecker, densify
 from uncom_tiago_exec.exceptions import InCollisionError, PlanningError, RobotModelError, UnreachableError
-from uncom_tiago_exec.ik import IkSolver
-from uncom_tiago_exec.obstacles import upright
-from uncom_tiago_exec.planning import JointPlanner
-from uncom_tiago_exec.robot_model import RobotModel
-from uncom_tiago_exec.timing import MotionLimits, time_path
+from uncom_tiago_exec.kinematics.cartesian_path import straight_path
+from uncom_tiago_exec.kinematics.ik_solver import IkSolver
+from uncom_tiago_exec.planning.joint_planner import JointPlanner
+from uncom_tiago_exec.robot.robot_model import RobotModel
+from uncom_tiago_exec.scene.obstacles import upright
+from uncom_tiago_exec.trajectory.time_parameterization import MotionLimits, time_path
 from uncom_tiago_exec.types import SIDES, Obstacle
 
 TABLE = Obstacle("table", "box", (0.5, 1.0, 0.06), upright(np.array([0.7, 0.0, TABLE_Z - 0.03]), 0.0))

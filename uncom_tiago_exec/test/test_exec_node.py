@@ -15,7 +15,7 @@ from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 from uncom_common.conversions import header_to_msg
 from uncom_perception.conversions import detection_to_msg
-from uncom_sim.bench_planning_scenes import detection
+from uncom_sim.bench_planning.scenes import detection
 from uncom_tiago_exec.conversions import goal_to_msg, status_from_msg, status_to_msg, task_from_msg, trajectory_from_msg
 from uncom_tiago_exec.execution_node import ExecutionNode
 from uncom_tiago_exec.types import Stage, Status, Trajectory

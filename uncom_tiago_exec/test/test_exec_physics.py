@@ -3,10 +3,10 @@
 
 import pytest
 from exec_fixtures import robot
-from uncom_sim.bench_execution import run_case
-from uncom_sim.bench_execution_cases import Case
-from uncom_sim.scene import scene_from_dict
+from uncom_sim.bench_execution.cases import Case
+from uncom_sim.bench_execution.run import run_case
 from uncom_sim.types import Meaning
+from uncom_sim.world.scene_file import scene_from_dict
 
 pytestmark = pytest.mark.slow
 

@@ -19,16 +19,16 @@ from exec_fixtures import (
     start_positions,
 )
 from uncom_perception.types import Scene
-from uncom_sim.bench_planning_scenes import detection, flat_table
+from uncom_sim.bench_planning.scenes import detection, flat_table
 from uncom_tiago_exec.config import ExecutionConfig
-from uncom_tiago_exec.engine import Engine
 from uncom_tiago_exec.exceptions import MotionError, RefusedError, UnreachableError
-from uncom_tiago_exec.nearer import seen_from
-from uncom_tiago_exec.performing import reversed_trajectory
-from uncom_tiago_exec.pick_place import PickPlacePlanner
-from uncom_tiago_exec.plan import GripStep, MoveStep
+from uncom_tiago_exec.execution.engine import Engine
+from uncom_tiago_exec.execution.plan_executor import reversed_trajectory
+from uncom_tiago_exec.execution.verification import verify
+from uncom_tiago_exec.planning.plan import GripStep, MoveStep
+from uncom_tiago_exec.scene.base_shift import seen_from
+from uncom_tiago_exec.skills.pick_place_planner import PickPlacePlanner
 from uncom_tiago_exec.types import Stage
-from uncom_tiago_exec.verification import verify
 
 CONFIG = ExecutionConfig()
 

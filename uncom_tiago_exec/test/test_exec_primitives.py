@@ -15,20 +15,20 @@ from exec_fixtures import (
     robot,
     start_positions,
 )
-from uncom_sim.bench_execution import run_case
-from uncom_sim.bench_execution_cases import Case
-from uncom_sim.bench_planning_scenes import detection
-from uncom_sim.scene import scene_from_dict
+from uncom_sim.bench_execution.cases import Case
+from uncom_sim.bench_execution.run import run_case
+from uncom_sim.bench_planning.scenes import detection
 from uncom_sim.types import Meaning
-from uncom_tiago_exec.arm_planner import ArmPlanner
-from uncom_tiago_exec.carrying import lean
-from uncom_tiago_exec.collision import CollisionChecker, Margins
+from uncom_sim.world.scene_file import scene_from_dict
+from uncom_tiago_exec.collision.collision_checker import CollisionChecker, Margins
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import RefusedError
-from uncom_tiago_exec.pick_place import PickPlacePlanner
-from uncom_tiago_exec.plan import GripStep, MoveStep
-from uncom_tiago_exec.pouring import motions, mouth_edge
-from uncom_tiago_exec.shapes import complete
+from uncom_tiago_exec.planning.arm_planner import ArmPlanner
+from uncom_tiago_exec.planning.carry_planner import lean
+from uncom_tiago_exec.planning.plan import GripStep, MoveStep
+from uncom_tiago_exec.scene.object_shape import complete
+from uncom_tiago_exec.skills.pick_place_planner import PickPlacePlanner
+from uncom_tiago_exec.skills.pour import motions, mouth_edge
 from uncom_tiago_exec.types import Stage
 
 

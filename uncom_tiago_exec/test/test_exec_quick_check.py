@@ -7,10 +7,10 @@ import pinocchio as pin
 import pytest
 from exec_fixtures import robot, start_positions
 from scipy.optimize import nnls
-from uncom_tiago_exec.collision import CollisionChecker, Contacts, densify
-from uncom_tiago_exec.covers import CORNERS, corners_of, covers_of, name_of
-from uncom_tiago_exec.obstacles import upright
-from uncom_tiago_exec.quick_check import ROOMS
+from uncom_tiago_exec.collision.collision_checker import CollisionChecker, Contacts, densify
+from uncom_tiago_exec.collision.convex_checker import ROOMS
+from uncom_tiago_exec.robot.convex_covers import CORNERS, corners_of, covers_of, name_of
+from uncom_tiago_exec.scene.obstacles import upright
 from uncom_tiago_exec.types import SIDES, Attachment, Obstacle
 
 _TABLE = Obstacle("table", "box", (0.56, 1.06, 0.08), upright(np.array([0.7, 0.0, 0.68]), 0.0))

@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 from exec_fixtures import robot, start_positions
-from uncom_sim.bench_planning_scenes import tabletop_solids
-from uncom_tiago_exec.collision import CollisionChecker
-from uncom_tiago_exec.reach_bounds import ReachBounds
+from uncom_sim.bench_planning.scenes import tabletop_solids
+from uncom_tiago_exec.collision.collision_checker import CollisionChecker
+from uncom_tiago_exec.robot.reach_bounds import ReachBounds
 from uncom_tiago_exec.types import SIDES
 
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exec_fixtures import TABLE_Z, ball_cloud, box_cloud, cylinder_cloud, make_task, robot, start_positions
-from uncom_sim.bench_planning_scenes import detection
-from uncom_tiago_exec.arm_planner import ArmPlanner
+from uncom_sim.bench_planning.scenes import detection
 from uncom_tiago_exec.config import ExecutionConfig
-from uncom_tiago_exec.pick_place import PickPlacePlanner
-from uncom_tiago_exec.plan import MoveStep
-from uncom_tiago_exec.scene_model import build_scene
-from uncom_tiago_exec.shadows import shadows_of
+from uncom_tiago_exec.planning.arm_planner import ArmPlanner
+from uncom_tiago_exec.planning.plan import MoveStep
+from uncom_tiago_exec.scene.occlusion import shadows_of
+from uncom_tiago_exec.scene.scene_model import build_scene
+from uncom_tiago_exec.skills.pick_place_planner import PickPlacePlanner
 
 CAMERA = np.array([0.2, 0.0, 1.35])
 

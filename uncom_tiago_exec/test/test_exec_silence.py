@@ -15,8 +15,8 @@ from rclpy.executors import MultiThreadedExecutor
 from sensor_msgs.msg import JointState
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import MotionError
-from uncom_tiago_exec.lasting import Lasting
-from uncom_tiago_exec.robot_access_node import CONTROLLERS, RosRobot
+from uncom_tiago_exec.ros.debounce import Lasting
+from uncom_tiago_exec.ros.ros_robot import CONTROLLERS, RosRobot
 from uncom_tiago_exec.types import Trajectory
 
 DOMAIN = 83

@@ -2,8 +2,8 @@
 """Stopped at any moment of any stage, the robot stands still at once and the next command is carried out."""
 
 import pytest
-from uncom_sim.bench_stops import STAGES, Stop, run_stops, summary_of_stops
-from uncom_sim.next_command import Part
+from uncom_sim.bench_execution.next_command import Part
+from uncom_sim.bench_execution.stops import STAGES, Stop, run_stops, summary_of_stops
 from uncom_sim.objects.catalogue import natural_colour
 from uncom_sim.types import Scene, SceneObject
 from uncom_tiago_exec.types import Stage

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 from uncom_tiago_exec.exceptions import PlanningError
-from uncom_tiago_exec.straight import is_straight, time_straight
-from uncom_tiago_exec.timing import MotionLimits, time_path
+from uncom_tiago_exec.trajectory.rest_to_rest import is_straight, time_straight
+from uncom_tiago_exec.trajectory.time_parameterization import MotionLimits, time_path
 
 LIMITS = MotionLimits(np.array([0.07, 1.9, 2.3]), np.array([0.25, 3.0, 3.0]))
 NAMES = ("torso", "one", "two")

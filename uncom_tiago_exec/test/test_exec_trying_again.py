@@ -18,19 +18,19 @@ from exec_fixtures import (
     start_positions,
 )
 from uncom_perception.types import Scene
-from uncom_sim.bench_planning_scenes import TABLE_Z, detection, flat_table
-from uncom_tiago_exec.arm_planner import ArmPlanner
-from uncom_tiago_exec.carrying import UprightChecker, lean
+from uncom_sim.bench_planning.scenes import TABLE_Z, detection, flat_table
 from uncom_tiago_exec.config import ExecutionConfig
-from uncom_tiago_exec.engine import Engine
 from uncom_tiago_exec.exceptions import MotionError, StoppedError
-from uncom_tiago_exec.grasps import grasp_candidates
-from uncom_tiago_exec.pick_place import PickPlacePlanner
-from uncom_tiago_exec.plan import MoveStep
-from uncom_tiago_exec.shapes import complete
-from uncom_tiago_exec.sightings import followed, found_again, joined, remembering
+from uncom_tiago_exec.execution.engine import Engine
+from uncom_tiago_exec.execution.object_reidentification import followed, found_again, joined, remembering
+from uncom_tiago_exec.execution.verification import verify
+from uncom_tiago_exec.grasping.grasps import grasp_candidates
+from uncom_tiago_exec.planning.arm_planner import ArmPlanner
+from uncom_tiago_exec.planning.carry_planner import UprightChecker, lean
+from uncom_tiago_exec.planning.plan import MoveStep
+from uncom_tiago_exec.scene.object_shape import complete
+from uncom_tiago_exec.skills.pick_place_planner import PickPlacePlanner
 from uncom_tiago_exec.types import Stage
-from uncom_tiago_exec.verification import verify
 
 CONFIG = ExecutionConfig()
 

@@ -28,10 +28,10 @@ from uncom_interfaces.action import Execute
 from uncom_interfaces.msg import Answer, ExecutionStatus, GroundedCommand
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.conversions import status_to_msg, task_from_msg
-from uncom_tiago_exec.engine import Engine
 from uncom_tiago_exec.exceptions import RefusedError
-from uncom_tiago_exec.robot_access_node import RosRobot
-from uncom_tiago_exec.robot_model import RobotModel
+from uncom_tiago_exec.execution.engine import Engine
+from uncom_tiago_exec.robot.robot_model import RobotModel
+from uncom_tiago_exec.ros.ros_robot import RosRobot
 from uncom_tiago_exec.types import ManipulationTask, Outcome, Stage, Status
 
 STOPPED_TEXT = "I was stopped; /uncom/reset lets me move again"

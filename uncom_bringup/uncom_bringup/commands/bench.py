@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`uncom bench`: the benchmarks, each a module of its own in this folder."""
+"""`uncom bench`: the benchmarks, each a module of its own in benchmarks/."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import argparse
 import importlib
 
 from uncom_bringup import output
-from uncom_bringup.commands.common import SubParsers, add_json, natural_number
+from uncom_bringup.command_options import SubParsers, add_json, natural_number
 
 # One line each: the name on the command line and the module here that adds its parser (`add_parser(subparsers)`).
 BENCHMARKS = {
-    "understanding": "bench_understanding",
-    "latency": "bench_latency",
-    "planning": "bench_planning",
-    "execution": "bench_execution",
+    "understanding": "understanding",
+    "latency": "latency",
+    "planning": "planning",
+    "execution": "execution",
 }
 PLANNED = ("planning", "execution", "latency")
 
@@ -25,7 +25,7 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     parser.set_defaults(run=list_all)
     which = parser.add_subparsers(dest="which", metavar="BENCHMARK", parser_class=type(parser))
     for module in BENCHMARKS.values():
-        importlib.import_module(f"uncom_bringup.commands.{module}").add_parser(which)
+        importlib.import_module(f"uncom_bringup.commands.benchmarks.{module}").add_parser(which)
     for name in PLANNED:
         if name not in BENCHMARKS:
             later = which.add_parser(name, help="not part of this version")

@@ -7,7 +7,7 @@ import argparse
 from pathlib import Path
 
 from uncom_bringup import output
-from uncom_bringup.commands.common import SubParsers, add_json, positive_float
+from uncom_bringup.command_options import SubParsers, add_json, positive_float
 
 
 def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
@@ -28,7 +28,7 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compare; 1 if anything changed."""
-    from uncom_bringup import compare  # noqa: PLC0415  (only when it runs)
+    from uncom_bringup.report import compare  # noqa: PLC0415  (only when it runs)
 
     before, after = (compare.load_answer(Path(name)) for name in (options.run_a, options.run_b))
     found = compare.compare(before, after, compare.Tolerance(probability=options.tolerance))

@@ -6,8 +6,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from uncom_bringup import output, progress
-from uncom_bringup.commands.common import (
+from uncom_bringup import output
+from uncom_bringup.command_options import (
     SubParsers,
     add_json,
     add_output,
@@ -18,6 +18,7 @@ from uncom_bringup.commands.common import (
     simulator_needed,
 )
 from uncom_bringup.exceptions import BadInputError
+from uncom_bringup.report import progress
 
 
 def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
@@ -47,7 +48,8 @@ def run(options: argparse.Namespace) -> int:
     if options.say is not None and len(options.say) > 2000:
         raise BadInputError("--say is too long; at most 2000 characters are spoken")
     with simulator_needed():
-        from uncom_sim import demo, demo_options  # noqa: PLC0415  (only when it runs)
+        from uncom_sim.demo import demo  # noqa: PLC0415  (only when it runs)
+        from uncom_sim.demo import options as demo_options  # noqa: PLC0415
 
     scene = Path(options.scene) if options.scene else None
     scenario = options.scenario or demo_options.DEFAULT_SCENARIO

@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 
 from uncom_bringup import output
-from uncom_bringup.commands.common import SubParsers, add_json
+from uncom_bringup.command_options import SubParsers, add_json
 
 
 def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from uncom_common.exceptions import UncomError
 
 from uncom_bringup import output
-from uncom_bringup.commands.common import SubParsers, add_json
+from uncom_bringup.command_options import SubParsers, add_json
 from uncom_bringup.exceptions import BadInputError
 
 if TYPE_CHECKING:

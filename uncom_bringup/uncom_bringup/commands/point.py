@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 
 from uncom_bringup import output
-from uncom_bringup.commands.common import SubParsers, add_json, existing_file, read_picture
+from uncom_bringup.command_options import SubParsers, add_json, existing_file, read_picture
 
 
 def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from uncom_bringup.commands.common import SubParsers, positive_float
+from uncom_bringup.command_options import SubParsers, positive_float
 
 
 def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
@@ -27,7 +27,7 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Record."""
-    from uncom_bringup import recorder_node  # noqa: PLC0415  (only when it runs)
+    from uncom_bringup.replay import recorder_node  # noqa: PLC0415  (only when it runs)
 
     return recorder_node.record(
         Path(options.bag),

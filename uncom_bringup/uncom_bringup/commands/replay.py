@@ -7,7 +7,7 @@ import argparse
 import re
 from pathlib import Path
 
-from uncom_bringup.commands.common import SubParsers, natural_float, positive_float
+from uncom_bringup.command_options import SubParsers, natural_float, positive_float
 from uncom_bringup.exceptions import BadInputError
 
 _NAME = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
     if not path.exists():
         raise BadInputError(f"{path} does not exist")
     remap = remappings(options.remap)
-    from uncom_bringup import replay_node  # noqa: PLC0415  (only when it runs)
+    from uncom_bringup.ros import replay_session as replay_node  # noqa: PLC0415  (only when it runs)
 
     return replay_node.replay(
         path,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from uncom_bringup import output
-from uncom_bringup.commands.common import SubParsers
+from uncom_bringup.command_options import SubParsers
 from uncom_bringup.exceptions import BadInputError
 
 _FOLDERS = (

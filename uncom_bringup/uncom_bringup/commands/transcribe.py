@@ -8,7 +8,7 @@ import argparse
 from uncom_common.exceptions import UncomError
 
 from uncom_bringup import output
-from uncom_bringup.commands.common import SubParsers, add_json, existing_file
+from uncom_bringup.command_options import SubParsers, add_json, existing_file
 from uncom_bringup.exceptions import BadInputError
 
 

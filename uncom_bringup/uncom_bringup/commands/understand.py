@@ -10,8 +10,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from uncom_bringup import output, progress
-from uncom_bringup.commands.common import (
+from uncom_bringup import output
+from uncom_bringup.command_options import (
     SubParsers,
     add_json,
     add_output,
@@ -20,6 +20,7 @@ from uncom_bringup.commands.common import (
     positive_float,
 )
 from uncom_bringup.exceptions import BadInputError
+from uncom_bringup.report import progress
 
 _VIDEO = (".mp4", ".mkv", ".mov", ".avi", ".webm")
 
@@ -46,7 +47,7 @@ def _as_bag(path: Path, stack: ExitStack, say: Callable[[str], None]) -> Path:
     """Return the bag itself, or the bag made of a video (which `stack` removes)."""
     if path.suffix.lower() not in _VIDEO:
         return path
-    from uncom_bringup.video_bag import write_video_bag  # noqa: PLC0415  (only when it runs)
+    from uncom_bringup.bags.video_bag import write_video_bag  # noqa: PLC0415  (only when it runs)
 
     folder = Path(stack.enter_context(TemporaryDirectory(prefix="uncom-video-")))
     bag = write_video_bag(path, folder / "video.mcap")
@@ -59,9 +60,9 @@ def run(options: argparse.Namespace) -> int:
     path = Path(options.file)
     if not path.exists():
         raise BadInputError(f"{path} does not exist")
-    from uncom_bringup import understand_node  # noqa: PLC0415  (only when it runs)
-    from uncom_bringup.bag_reader import BagReader  # noqa: PLC0415
-    from uncom_bringup.understanding import leave_result  # noqa: PLC0415
+    from uncom_bringup.bags.bag_reader import BagReader  # noqa: PLC0415
+    from uncom_bringup.report.understanding import leave_result  # noqa: PLC0415
+    from uncom_bringup.ros import understand_recording as understand_node  # noqa: PLC0415  (only when it runs)
 
     begin = time.monotonic()
     files = [Path(name) for name in options.params_file]

@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from uncom_bringup.commands.common import SubParsers, natural_number
+from uncom_bringup.command_options import SubParsers, natural_number
 
 
 def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
@@ -33,7 +33,7 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Start and stay."""
-    from uncom_bringup import up_node  # noqa: PLC0415  (only when it runs)
+    from uncom_bringup.ros import run_graph as up_node  # noqa: PLC0415  (only when it runs)
 
     return up_node.stay(
         sim=options.sim,

@@ -9,7 +9,7 @@ from importlib import metadata
 from pathlib import Path
 
 from uncom_bringup import output
-from uncom_bringup.commands.common import SubParsers
+from uncom_bringup.command_options import SubParsers
 
 
 def _version() -> str:

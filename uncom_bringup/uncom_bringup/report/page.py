@@ -13,10 +13,9 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 
-from uncom_bringup import progress, summary
-from uncom_bringup import run_record as kinds
-from uncom_bringup.report import table_map, timeline
-from uncom_bringup.run_record import ACT_COMMAND, ACT_NAMES, STATUS_NAMES, Event, Frame, RunRecord, name_of
+from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.monitor.run_record import ACT_COMMAND, ACT_NAMES, STATUS_NAMES, Event, Frame, RunRecord, name_of
+from uncom_bringup.report import progress, summary, table_map, timeline
 
 _TEMPLATE = "report.html.j2"
 _ROLES = {

@@ -9,8 +9,8 @@ from typing import Any
 
 from markupsafe import Markup
 
+from uncom_bringup.monitor.run_record import Event
 from uncom_bringup.report import svg
-from uncom_bringup.run_record import Event
 
 _WIDTH, _LEFT, _RIGHT = 980.0, 96.0, 16.0
 _WORDS, _ROWS = 44.0, {"hands": 96.0, "object": 126.0, "target": 156.0}

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from uncom_language.parser.commands import even_spans, grammar_parser
-from uncom_language.parser.tagger import split_text
+from uncom_language.parser.lexical.tagger import split_text
 from uncom_language.types import Act, Command, Primitive, Reference, Relation, Span, Transcript
 
 _ASK = {

@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Callable, Container
 from dataclasses import dataclass
 
-from uncom_language.parser.lexicon import Lexicon, Phrase
-from uncom_language.parser.tagger import without_fillers
-from uncom_language.parser.tokens import Item
+from uncom_language.parser.lexical.lexicon import Lexicon, Phrase
+from uncom_language.parser.lexical.tagger import without_fillers
+from uncom_language.parser.lexical.tokens import Item
 from uncom_language.types import Act
 
 _ACTS = {"stop": Act.STOP, "cancel": Act.CANCEL, "yes": Act.YES, "no": Act.NO}

@@ -9,17 +9,23 @@ from functools import cache
 
 import lark
 
-from uncom_language.parser import repair
 from uncom_language.parser.acts import ActReader
-from uncom_language.parser.clause import Clause
-from uncom_language.parser.clauses import ClauseReader
 from uncom_language.parser.discourse import Utterance, combine
-from uncom_language.parser.grammar import NotInGrammarError, Tree, children, load_grammar, parse_tokens
-from uncom_language.parser.lexicon import Lexicon, load_lexicon
-from uncom_language.parser.places import Timing
-from uncom_language.parser.supports import on_support
-from uncom_language.parser.tagger import Tagger, split_text, without_false_starts, without_fillers, without_stutter
-from uncom_language.parser.tokens import Item, Token
+from uncom_language.parser.lexical.lexicon import Lexicon, load_lexicon
+from uncom_language.parser.lexical.tagger import (
+    Tagger,
+    split_text,
+    without_false_starts,
+    without_fillers,
+    without_stutter,
+)
+from uncom_language.parser.lexical.tokens import Item, Token
+from uncom_language.parser.syntax import repair
+from uncom_language.parser.syntax.clause import Clause
+from uncom_language.parser.syntax.clauses import ClauseReader
+from uncom_language.parser.syntax.grammar import NotInGrammarError, Tree, children, load_grammar, parse_tokens
+from uncom_language.parser.syntax.places import Timing
+from uncom_language.parser.syntax.supports import on_support
 from uncom_language.types import Act, Command, Primitive, Relation, Span, Transcript, Word
 
 BACKEND = "grammar"

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from uncom_language.parser.clause import Clause
+from uncom_language.parser.syntax.clause import Clause
 from uncom_language.types import Act, Command, Reference, Relation
 
 _ASKS = {

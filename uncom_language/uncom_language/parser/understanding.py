@@ -11,8 +11,8 @@ from uncom_language.llm.chat_model import DEFAULT_MODEL, ChatModel
 from uncom_language.llm.llm_parser import Answering, LlmParser
 from uncom_language.llm.reading import gist
 from uncom_language.parser.commands import BACKEND, GrammarParser, grammar_parser, parse_transcript
-from uncom_language.parser.translation import in_detector_words
-from uncom_language.parser.word_repair import repaired
+from uncom_language.parser.lexical.translation import in_detector_words
+from uncom_language.parser.lexical.word_repair import repaired
 from uncom_language.types import Act, Alternative, Command, Transcript
 
 BACKENDS = (BACKEND, "phi", "both")

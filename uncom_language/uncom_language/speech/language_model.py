@@ -21,7 +21,7 @@ from typing import Any
 import yaml
 
 from uncom_language.exceptions import LexiconError, UnknownLanguageError
-from uncom_language.parser.lexicon import Lexicon, load_lexicon
+from uncom_language.parser.lexical.lexicon import Lexicon, load_lexicon
 
 PACKS = Path(__file__).parent / "packs"
 START, END = "<s>", "</s>"

@@ -31,7 +31,7 @@ _LONGEST_S = 30.0
 _PIECE = SAMPLE_RATE // 20
 # How likely a word that is learnt at run time is, in shares of the mean word of the model.
 _NEW_WORD_WEIGHT = 20.0
-# Made by tools/adapt_to_voices.py: how the model changes for synthesised voices.
+# Made by sim/tools/adapt_to_voices.py: how the model changes for synthesised voices.
 _SYNTHETIC_VOICES = Path(__file__).parent / "models" / "synthetic_voices.npz"
 
 _BEAMS = {

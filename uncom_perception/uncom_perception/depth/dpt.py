@@ -13,7 +13,7 @@ from uncom_common.full_models import load_with_processor, pick_device, require
 from uncom_perception.depth.estimator import DepthEstimator
 from uncom_perception.exceptions import TableNotFoundError
 from uncom_perception.hands.detector import check_rgb
-from uncom_perception.objects.plane import find_table_plane
+from uncom_perception.objects.table.table_plane import find_table_plane
 
 DEFAULT_MODEL = "facebook/dpt-dinov2-small-nyu"
 _STRIDE = 4

@@ -8,9 +8,7 @@ from abc import ABC, abstractmethod
 import numpy as np
 import numpy.typing as npt
 
-from uncom_perception.exceptions import BackendUnavailableError, UnknownBackendError
-
-ESTIMATORS = ("none", "dpt")
+from uncom_perception.exceptions import BackendUnavailableError
 
 
 class DepthEstimator(ABC):
@@ -47,19 +45,3 @@ class NoDepth(DepthEstimator):
         raise BackendUnavailableError(
             "no depth back end: use a depth camera, or depth_backend:=dpt after ./uncom setup --full"
         )
-
-
-def make_depth_estimator(name: str, model: str = "", device: str = "auto") -> DepthEstimator:
-    """Make a depth back end.
-
-    Raises:
-        UnknownBackendError: there is none of that name.
-        NotInstalledError, ModelNotFoundError: its libraries or weights are missing.
-    """
-    if name not in ESTIMATORS:
-        raise UnknownBackendError("depth", name, ESTIMATORS)
-    if name == "dpt":
-        from uncom_perception.depth.dpt import load_dpt  # noqa: PLC0415  (only where it is asked for)
-
-        return load_dpt(model, device)
-    return NoDepth()

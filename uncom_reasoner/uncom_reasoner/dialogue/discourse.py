@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from uncom_language.types import Act, Command, Primitive, Reference, Relation
 
-from uncom_reasoner.phrases import SUBSTITUTES, is_bare, is_place_word, is_table
+from uncom_reasoner.detector_phrases import SUBSTITUTES, is_bare, is_place_word, is_table
 from uncom_reasoner.types import Decision, Given, TargetKind
 
 

@@ -9,11 +9,11 @@ import numpy as np
 from shapely.geometry import Polygon
 from uncom_perception.types import Detection
 
-from uncom_reasoner.comparing import quantity
-from uncom_reasoner.context import Context
 from uncom_reasoner.dialogue.types import Question, QuestionKind
-from uncom_reasoner.posterior import colour_of
-from uncom_reasoner.readings import SIDE_WORDS
+from uncom_reasoner.grounding.perspective import SIDE_WORDS
+from uncom_reasoner.posterior.comparatives import quantity
+from uncom_reasoner.posterior.context import Context
+from uncom_reasoner.posterior.posterior import colour_of
 from uncom_reasoner.types import Decision
 
 MOST_CHOICES = 3

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Measures the default recogniser on synthesised voices that nothing was adapted to: words, times, load, latency.
+
+Sound goes through the same listener as on the robot, in chunks of 50 ms. Latency is counted from the last sample of
+speech to the command: sound that had to pass plus processor time. Run from the workspace:
+
+    ./uncom exec python sim/tools/measure_speech.py [--sentences 12] [--snr 20]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+import sys
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+import yaml
+from rapidfuzz.distance import Levenshtein
+from uncom_language.parser import parse_transcript
+from uncom_language.parser.patience import patience_s
+from uncom_language.speech.factory import make_recognizer
+from uncom_language.speech.listener import Listener, ListenerOptions
+from uncom_language.speech.utterance_stream import EndpointerConfig
+from uncom_language.types import Transcript
+
+TEST = Path(__file__).parents[2] / "uncom_language" / "test"
+VOICES = (
+    "en-us",
+    "en",
+    "en-us+m3",
+    "en-us+m7",
+    "en-us+f2",
+    "en-us+f4",
+    "en-us+Andy",
+    "en+m1",
+    "en+f3",
+    "en-gb-x-rp+m1",
+)
+KINDS = ("paper_rows", "plain", "deixis", "nested", "groups", "choices")
+# What nobody pronounces alike, and what is no word.
+LEFT_OUT = ("gizmo", "flange", "doll", "stapler", ".")
+RATE = 16000
+CHUNK_S = 0.05
+QUICK_S, FULL_S = 0.18, 0.6
+
+
+def sentences(count: int, seed: int) -> list[str]:
+    """Draw sentences of the test corpus."""
+    raw = yaml.load((TEST / "data" / "sentences.yaml").read_text(encoding="utf-8"), Loader=yaml.BaseLoader)  # noqa: S506 - all scalars as text
+    all_of_them = [text for kind in KINDS for text in raw[kind] if not any(word in text for word in LEFT_OUT)]
+    return random.Random(seed).sample(all_of_them, min(count, len(all_of_them)))
+
+
+class Ear:
+    """Hears one utterance after another through the listener and keeps what comes out, and when."""
+
+    def __init__(self, quick_s: float) -> None:
+        """Start listening; `quick_s` [s] is the pause that ends a whole command."""
+        self.transcripts: list[Transcript] = []
+        self.clock_s = 0.0
+        self.cpu_s = 0.0
+        patience = (lambda words: patience_s(words, quick_s, FULL_S)) if quick_s < FULL_S else None
+        options = ListenerOptions(EndpointerConfig(hang_over_s=FULL_S), "measure", patience_s=patience)
+        self.listener = Listener(make_recognizer, self.transcripts.append, lambda _: None, options)
+        self.listener.start()
+
+    def hear(self, samples: np.ndarray) -> tuple[list[Transcript], float]:
+        """Return what was heard, and when [s from the first sample] the first of it was known as commands."""
+        before, start_s = len(self.transcripts), self.clock_s
+        known_s = 0.0
+        step = round(CHUNK_S * RATE)
+        for position in range(0, len(samples), step):
+            piece = samples[position : position + step]
+            began = process_time()
+            self.listener.feed(piece, RATE, self.clock_s)
+            self.listener.wait_until_idle(60.0)
+            self.clock_s += len(piece) / RATE
+            if len(self.transcripts) > before and not known_s:
+                parse_transcript(self.transcripts[-1])
+                known_s = self.clock_s - start_s + process_time() - began
+            self.cpu_s += process_time() - began
+        return self.transcripts[before:], known_s
+
+
+def main() -> None:
+    """Measure and print one JSON object."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sentences", type=int, default=10)
+    parser.add_argument("--snr", type=float, default=20.0)
+    parser.add_argument("--seed", type=int, default=7)
+    parser.add_argument("--voices", nargs="*", default=VOICES)
+    parser.add_argument("--verbose", action="store_true")
+    parser.add_argument("--quick", type=float, default=QUICK_S)
+    options = parser.parse_args()
+    sys.path.insert(0, str(TEST))
+    from simulated_speech import say  # noqa: PLC0415 - lies beside the tests
+
+    ear = Ear(options.quick)
+    ear.hear(np.zeros(RATE, np.int16))  # wait for the recogniser
+    ear.cpu_s, sound_s, wrong, words, split, late, offsets = 0.0, 0.0, 0, 0, 0, [], []
+    by_voice: dict[str, float] = {}
+    for number, voice in enumerate(options.voices):
+        wrong_before, words_before = wrong, words
+        for index, sentence in enumerate(sentences(options.sentences, options.seed + number)):
+            spoken = say(sentence, voice, 140 + 5 * (index % 5), 40 + 2 * index, 0.5, 1.2, options.snr, index)
+            quiet = say(sentence, voice, 140 + 5 * (index % 5), 40 + 2 * index, 0.5, 1.2)
+            loud = np.abs(quiet.samples.astype(float)) > 0.02 * np.abs(quiet.samples).max()
+            end_s = float(np.flatnonzero(loud)[-1]) / RATE
+            start_s = ear.clock_s
+            found, known_s = ear.hear(spoken.samples)
+            text = " ".join(one.text for one in found)
+            wrong += Levenshtein.distance(sentence.split(), text.split())
+            words += len(sentence.split())
+            sound_s += len(spoken.samples) / RATE
+            split += len(found) > 1
+            if options.verbose and text != sentence:
+                sys.stderr.write(f"{voice}: {sentence}\n    {text}\n")
+            if found:
+                late.append(known_s - end_s)
+            timed = [word for one in found for word in one.words]
+            if text == sentence and len(timed) == len(spoken.starts):
+                offsets += [abs(w.start_s - start_s - s) for w, s in zip(timed, spoken.starts, strict=True)]
+        by_voice[voice] = round((wrong - wrong_before) / (words - words_before), 3)
+    ear.listener.stop()
+    result = {
+        "word_error_rate": round(wrong / words, 4),
+        "by_voice": by_voice,
+        "real_time_factor": round(ear.cpu_s / sound_s, 3),
+        "latency_s": {
+            "median": round(float(np.median(late)), 3),
+            "90th": round(float(np.percentile(late, 90)), 3),
+        },
+        "word_start_error_s": {"median": round(float(np.median(offsets)), 3)},
+        "utterances": len(late),
+        "cut_in_two": split,
+        "snr_db": options.snr,
+    }
+    sys.stdout.write(json.dumps(result) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Single commands for the execution benchmark: every kind of thing, every relation, both arms; feasible as built.
+
+Things stand apart by more than a finger, wholly in the camera's picture and not hidden behind one another; what is to
+be moved and where it is to go lie in the part of the table that one arm reaches; the place itself is free and in sight,
+and what is asked for is not so already.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+import shapely
+
+from uncom_sim.exceptions import SceneError
+from uncom_sim.objects.catalogue import KINDS, model, natural_colour
+from uncom_sim.objects.footprint import outline
+from uncom_sim.scoring.scoring import DIRECTIONS, judge
+from uncom_sim.types import Meaning, ObjectState, Point2, Scene, SceneObject
+from uncom_sim.world.placement_check import check_placing
+from uncom_sim.world.scene_variation import everything_in_sight
+
+RELATIONS = (
+    "pick", "in", "on", "push", "stack", "area", "next_to", "give", "left_of", "right_of", "pour", "in_front_of",
+    "behind", "point", "between",
+)  # fmt: skip
+_WITHOUT_TARGET = ("pick", "area", "push", "give", "point")
+_PUSHED = ("plate", "bowl", "frying pan", "box", "cereal box", "can", "mug", "cup")
+_POURED: dict[str, tuple[str, ...]] = {
+    "bowl": ("mug", "cup", "bottle", "can"),
+    "frying pan": ("mug", "cup", "bottle", "can"),
+    "mug": ("bottle", "can"),
+}
+_ACTS = ("push", "give", "pour", "point")
+_RARER = 1.5  # than what is picked and placed
+_PRIMITIVES = {"in": "put_in", "on": "put_on"}
+_SMALL = ("banana", "apple", "lemon", "orange", "pear", "spoon")
+_INTO: dict[str, tuple[str, ...]] = {
+    "bowl": _SMALL,
+    "frying pan": _SMALL,
+}
+_ONTO: dict[str, tuple[str, ...]] = {
+    "box": ("apple", "pear", "mug", "cup", "can", "bottle", "box"),
+    "plate": (*_SMALL, "mug", "cup", "can", "bottle"),
+}
+_STACKED: dict[str, tuple[str, ...]] = {"plate": ("bowl", "mug", "cup"), "box": ("box", "can", "cup", "mug", "bottle")}
+_X = (0.50, 0.70)
+_Y = 0.36
+_GAP_M = 0.05
+_ATTEMPTS = 600
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One command: scene, what is meant (for scoring), the primitive, and the place on the table if there is one."""
+
+    number: int
+    scene: Scene
+    meaning: Meaning
+    relation: str
+    primitive: str
+    place: Point2 | None
+
+    @property
+    def kind(self) -> str:
+        """Kind of the thing to move."""
+        return self.scene.object(self.meaning.object).kind
+
+
+def make_case(number: int, seed: int = 0) -> Case:
+    """Return case `number` of a seed: kinds and relations take turns, everything else is drawn.
+
+    Raises:
+        SceneError: no arrangement was found.
+    """
+    rng = np.random.default_rng([seed, number, 11])
+    kind = KINDS[number % len(KINDS)]
+    side = 1.0 if (number + number // len(KINDS)) % 2 else -1.0
+    for relation in asked_relations(number):
+        for clutter in range(number * 7 % 5, -1, -1):  # fewer where so many find no room
+            for _ in range(_ATTEMPTS):
+                case = _draw(number, kind, relation, side, clutter, rng)
+                if case is not None:
+                    return case
+    raise SceneError(f"found no arrangement for a {kind} in case {number} of seed {seed}")
+
+
+def asked_relations(number: int) -> list[str]:
+    """Return what can be asked for the kind of a case: first what it was not asked for yet, and others the least."""
+    uses: Counter[str] = Counter()
+    asked: set[tuple[str, str]] = set()
+    ordered: list[str] = []
+    for n in range(number + 1):
+        kind = KINDS[n % len(KINDS)]
+
+        def worth(relation: str, kind: str = kind, n: int = n) -> tuple[bool, float, int]:
+            share = uses[relation] * (_RARER if relation in _ACTS else 1.0)
+            return (kind, relation) in asked, share, (RELATIONS.index(relation) - n) % len(RELATIONS)
+
+        ordered = sorted((r for r in RELATIONS if _targets(kind, r) != ()), key=worth)
+        uses[ordered[0]] += 1
+        asked.add((kind, ordered[0]))
+    return ordered
+
+
+def _targets(kind: str, relation: str) -> tuple[str, ...] | None:
+    """Return the kinds that can be the target, () if there is none, None if no target is needed."""
+    if relation in ("pick", "give") and kind == "plate":  # too flat and heavy for the edge to be held; it is pushed
+        return ()
+    if relation == "push" and kind not in _PUSHED:
+        return ()
+    if relation in _WITHOUT_TARGET:
+        return None
+    table = {"in": _INTO, "on": _ONTO, "stack": _STACKED, "pour": _POURED}.get(relation)
+    if table is not None:
+        return tuple(target for target, things in table.items() if kind in things)
+    if relation == "between" and kind not in (*_SMALL, "can", "mug", "cup", "bottle"):
+        return ()
+    return tuple(k for k in ("mug", "bowl", "box", "apple", "can", "plate") if k != kind)
+
+
+def _draw(number: int, kind: str, relation: str, side: float, others: int, rng: np.random.Generator) -> Case | None:
+    targets = _targets(kind, relation)
+    chosen = [str(rng.choice(targets))] if targets else []
+    if relation == "between":
+        chosen.append(str(rng.choice([t for t in targets or () if t != chosen[0]])))
+    clutter = [str(k) for k in rng.choice(KINDS, others)]
+    things = []
+    for i, name in enumerate((kind, *chosen, *clutter)):
+        near = i <= len(chosen)
+        x = float(rng.uniform(*_X)) if near else float(rng.uniform(0.5, 0.85))
+        y = float(side * rng.uniform(-0.08, _Y)) if near else float(rng.uniform(-0.42, 0.42))
+        things.append(SceneObject(f"o{i}", name, natural_colour(name), x, y, float(rng.uniform(-np.pi, np.pi))))
+    scene = Scene(tuple(things), "do it")
+    place = _place(scene, relation, len(chosen), side, rng)
+    if place is False or not _stands(scene):
+        return None
+    if isinstance(place, tuple) and not _is_free(place, scene, relation):
+        return None
+    meaning = _meaning(scene, relation, place if isinstance(place, tuple) else None)
+    if relation in DIRECTIONS or relation == "next_to":
+        states = standing(scene)
+        if judge(states, states, meaning, scene.table).success:
+            return None
+    primitive = _PRIMITIVES.get(relation, "place" if isinstance(place, tuple) and relation != "push" else relation)
+    return Case(number, scene, meaning, relation, primitive, place if isinstance(place, tuple) else None)
+
+
+def _meaning(scene: Scene, relation: str, place: Point2 | None) -> Meaning:
+    """Return where the thing has to be at the end."""
+    thing = scene.object("o0")
+    if relation in ("area", "between", "push"):
+        return Meaning("o0", "area", None, place)
+    if relation in ("pick", "give"):
+        return Meaning("o0", "none")
+    if relation in ("pour", "point"):  # where it was
+        return Meaning("o0", "area", "o1" if relation == "pour" else None, (thing.x, thing.y))
+    return Meaning("o0", "on" if relation == "stack" else relation, "o1")
+
+
+def standing(scene: Scene) -> tuple[ObjectState, ...]:
+    """Return where everything of a scene stands before anything has moved."""
+    states = []
+    for thing in scene.objects:
+        shape, pose = model(thing.kind, thing.colour), np.eye(4)
+        cos, sin = np.cos(thing.yaw), np.sin(thing.yaw)
+        pose[:2, :2] = [[cos, -sin], [sin, cos]]
+        pose[:3, 3] = thing.x, thing.y, scene.table.height - shape.bounds[0, 2]
+        states.append(ObjectState(thing.id, thing.kind, thing.colour, pose, shape.size))
+    return tuple(states)
+
+
+def _place(scene: Scene, relation: str, targets: int, side: float, rng: np.random.Generator) -> Point2 | bool:
+    """Return where on the table the thing is to go, True if on or in the target, False if there is no such place."""
+    if relation in ("pick", "in", "on", "stack", "give", "pour", "point"):
+        return True
+    if relation in ("area", "push"):
+        x, y = float(rng.uniform(*_X)), float(side * rng.uniform(-0.05, _Y))
+    elif relation == "between":
+        a, b = scene.object("o1"), scene.object("o2")
+        x, y = 0.5 * (a.x + b.x), 0.5 * (a.y + b.y)
+        if np.hypot(a.x - b.x, a.y - b.y) > 0.5:
+            return False
+    else:
+        angle = float(rng.uniform(-np.pi, np.pi))
+        dx, dy = DIRECTIONS.get(relation, (float(np.cos(angle)), float(np.sin(angle))))
+        anchor = scene.object("o1")
+        away = _apart(scene.object("o0"), anchor, (dx, dy))
+        x, y = anchor.x + away * dx, anchor.y + away * dy
+    inside = _X[0] - 0.02 <= x <= _X[1] + 0.03 and -0.1 <= side * y <= _Y + 0.04
+    return (x, y) if inside and targets >= 0 else False
+
+
+def _apart(thing: SceneObject, anchor: SceneObject, direction: Point2) -> float:
+    """Return how far from the anchor, in a direction, a thing stands with a hand's breadth between them [m]."""
+    still = outline(anchor)
+    for away in np.arange(0.06, 0.5, 0.01):
+        x, y = anchor.x + away * direction[0], anchor.y + away * direction[1]
+        if outline(replace(thing, x=x, y=y)).distance(still) > 0.06:
+            return float(away)
+    return 0.5
+
+
+def _stands(scene: Scene) -> bool:
+    """Whether everything stands, apart, on the table, and is seen."""
+    try:
+        check_placing(scene.objects, scene.table)
+    except SceneError:
+        return False
+    outlines = [outline(thing) for thing in scene.objects]
+    table = scene.table
+    top = shapely.box(table.x_min, table.y_min, table.x_max, table.y_max).buffer(-0.01)
+    if not all(top.contains(shape) for shape in outlines):
+        return False
+    if any(a.distance(b) < _GAP_M for a, b in combinations(outlines, 2)):
+        return False
+    return everything_in_sight(scene)
+
+
+def _is_free(place: Point2, scene: Scene, relation: str) -> bool:
+    """Whether the thing, turned as it is now, has room at a place away from where it is now."""
+    thing = scene.object("o0")
+    x, y = place
+    room = outline(replace(thing, x=x, y=y)).buffer(0.02 if relation == "between" else 0.04)
+    others = [outline(other) for other in scene.objects if other.id != "o0"]
+    if any(room.intersects(shape) for shape in others):
+        return False
+    rest = (other for other in scene.objects if other.id != "o0")
+    if not everything_in_sight(replace(scene, objects=(replace(thing, x=x, y=y), *rest))):
+        return False  # the robot looks again afterwards
+    table = scene.table
+    if not shapely.box(table.x_min, table.y_min, table.x_max, table.y_max).contains(room):
+        return False
+    if (thing.kind == "plate" or relation == "push") and not _can_be_pushed(thing, place, others):
+        return False
+    return bool(np.hypot(place[0] - thing.x, place[1] - thing.y) > 0.12)
+
+
+def _can_be_pushed(thing: SceneObject, place: Point2, others: list[shapely.Polygon]) -> bool:
+    """Whether the way there, and that of the hand behind the thing, is free."""
+    here, there = np.array([thing.x, thing.y]), np.array(place)
+    length = float(np.linalg.norm(there - here))
+    ahead = (there - here) / max(length, 1e-6)
+    hand = here - 0.18 * ahead
+    way = shapely.LineString([here, there]).buffer(0.14).union(shapely.Point(*hand).buffer(0.08))
+    reachable = 0.40 <= hand[0] <= 0.75 and abs(hand[1]) < 0.42
+    return reachable and length < 0.4 and not any(way.intersects(shape) for shape in others)

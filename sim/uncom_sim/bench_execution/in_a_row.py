@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`uncom bench execution --in-a-row N`: one robot and one engine carry out command after command.
+
+Looked for: memory that grows, a start pose that is reached less and less well, a state it does not come out of.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import gc
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import psutil
+from uncom_tiago_exec.config import ExecutionConfig
+from uncom_tiago_exec.execution.engine import Engine
+from uncom_tiago_exec.robot.robot_model import RobotModel
+from uncom_tiago_exec.types import Stage
+
+from uncom_sim.bench_execution.next_command import next_command, random_scene
+from uncom_sim.bench_execution.run import MOVED_M, home_error, task_of
+from uncom_sim.bench_execution.stepped_robot import SteppedRobot
+from uncom_sim.exceptions import SceneError
+from uncom_sim.robot.description import tiago_urdf
+from uncom_sim.scoring.scoring import judge
+from uncom_sim.world.simulator import Simulator
+
+_KINDS = ("can", "box", "cup", "bottle", "apple")
+_WARM = 20  # commands before memory is looked at
+_SETTLE_STEPS = 120
+_MB = 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """What came of one command: its words, whether it succeeded by physics, and how the robot stood afterwards.
+
+    home_error is 0 while something is held; refused is whether nothing was moved; moved_m is of the bystander that
+    moved farthest.
+    """
+
+    said: str
+    success: bool
+    home_error: float
+    base_m: float
+    rss_mb: float
+    moved_m: float = 0.0
+    refused: bool = False
+    asked: str = ""
+
+
+def run_in_a_row(count: int, seed: int = 0, say: Callable[[str], None] = lambda _: None) -> dict[str, Any]:
+    """Give commands one after the other and return the JSON object; say is told of each.
+
+    "ended" says why there are fewer than were wanted, if so.
+
+    Raises:
+        SceneError: not even a first one could be drawn.
+    """
+    began, rng = time.monotonic(), np.random.default_rng([seed, 23])
+    simulator = Simulator(random_scene(_KINDS, rng), seed)
+    turns: list[Turn] = []
+    ended = ""
+    try:
+        machine = SteppedRobot(simulator)
+        row = _Row(machine, Engine(RobotModel(tiago_urdf()), machine, ExecutionConfig(seed=seed + 1), lambda _: None))
+        for number in range(count):
+            try:
+                turns.append(row.turn(number, rng))
+            except SceneError as error:  # what was measured so far is not lost
+                ended = str(error)
+                say(f"ended before command {number + 1}: {ended}")
+                break
+            say(f"{number + 1:3d} {'ok ' if turns[-1].success else 'BAD'} {turns[-1].asked}: {turns[-1].said}")
+        touches, bystanders = simulator.contacts.table, simulator.contacts.bystanders
+    finally:
+        simulator.close()
+    if not turns:
+        raise SceneError(ended or "no command was wanted")
+    return {
+        **summary_in_a_row(turns),
+        "table_contacts": touches,
+        "bystander_contacts": bystanders,
+        "ended": ended,
+        "seed": seed,
+        "wall_s": round(time.monotonic() - began, 1),
+    }
+
+
+class _Row:
+    """One robot that is given command after command."""
+
+    def __init__(self, machine: SteppedRobot, engine: Engine) -> None:
+        """Remember how the robot stands now."""
+        self._machine = machine
+        self._engine = engine
+        self._start = machine.positions()
+        self._held = ""  # id of the thing in the hand
+
+    def turn(self, number: int, rng: np.random.Generator) -> Turn:
+        """Give the next command, and judge what came of it."""
+        machine, simulator = self._machine, self._machine.simulator
+        before, scene = simulator.object_states(), simulator.world.scene
+        case = next_command(number, before, scene, rng, self._held)
+        outcome = self._engine.execute(task_of(case, machine.look(), before))
+        machine.rest(_SETTLE_STEPS)
+        physical = judge(before, simulator.object_states(), case.meaning, scene.table)
+        self._held = case.meaning.object if outcome.in_hand else ""
+        held_up = outcome.success and not physical.success
+        return Turn(
+            f"{outcome.reason} ({physical.reason})" if held_up else outcome.reason,
+            outcome.success and physical.success,
+            0.0 if self._held else home_error(self._start, machine.positions()),
+            float(np.linalg.norm(simulator.robot.base_matrix()[:2, 3])),
+            resident_mb(),
+            physical.others_moved_m,
+            not outcome.success and outcome.stage == Stage.PLANNING,
+            f"{case.kind} {case.relation}",
+        )
+
+
+def summary_in_a_row(turns: list[Turn]) -> dict[str, Any]:
+    """Return the totals: rss_growth_mb is from the end of the warm-up to the end, in_trouble the longest bad run."""
+    longest = run = 0
+    for turn in turns:
+        run = 0 if turn.success else run + 1
+        longest = max(longest, run)
+    warm = turns[min(_WARM, len(turns)) - 1]
+    return {
+        "commands": len(turns),
+        "succeeded": sum(turn.success for turn in turns),
+        "refused": sum(turn.refused for turn in turns),
+        "in_trouble": longest,
+        "bystanders_moved": sum(turn.moved_m > MOVED_M for turn in turns),
+        "home_error_max": round(max(turn.home_error for turn in turns), 4),
+        "home_error_last": round(turns[-1].home_error, 4),
+        "base_drift_m": round(turns[-1].base_m, 4),
+        "base_drift_max_m": round(max(turn.base_m for turn in turns), 4),
+        "rss_warm_mb": round(warm.rss_mb, 1),
+        "rss_growth_mb": round(turns[-1].rss_mb - warm.rss_mb, 1),
+        "failures": [f"{i + 1} {turn.asked}: {turn.said}" for i, turn in enumerate(turns) if not turn.success],
+    }
+
+
+def table(result: dict[str, Any]) -> str:
+    """Return the totals as lines for people."""
+    trouble, touches, moved = result["in_trouble"], result["table_contacts"], result["bystanders_moved"]
+    most, last, base = result["home_error_max"], result["home_error_last"], result["base_drift_m"]
+    return "\n".join(
+        (
+            f"{result['succeeded']} of {result['commands']} commands ended as they should; {result['refused']} refused",
+            f"most failures in a row: {trouble}; touches of the table: {touches}; something else was moved: {moved}",
+            f"from the start pose at most {most}, at the end {last}; base {base} m away",
+            f"memory: {result['rss_warm_mb']:.0f} MB warm, {result['rss_growth_mb']:+.1f} MB since",
+            *result["failures"],
+            *([f"ended early: {result['ended']}"] if result["ended"] else []),
+        )
+    )
+
+
+def resident_mb() -> float:
+    """Return the memory this process needs now [MB]: what lies free in its heap is given back to the system before."""
+    gc.collect()
+    with suppress(AttributeError):  # glibc has it, other C libraries do not
+        ctypes.CDLL(None).malloc_trim(0)
+    return float(psutil.Process().memory_info().rss) / _MB

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Cluttered tables for the planning benchmark: things as clouds of visible points, and as solids."""
+
+from __future__ import annotations
+
+import numpy as np
+from uncom_perception.types import Box, Detection, Geometry, TableSurface
+from uncom_tiago_exec.scene.obstacles import upright
+from uncom_tiago_exec.types import FloatArray, ManipulationTask, Obstacle
+
+TABLE_Z = 0.72
+_CAMERA = np.array([0.24, 0.02, 1.31])
+_NEAR = (0.5, 0.68)
+_POINTS = 2500
+
+
+def tabletop_solids(rng: np.random.Generator, count: int) -> tuple[Obstacle, ...]:
+    """Return the table and `count` boxes and cylinders that stand on it, apart from one another."""
+    table = Obstacle("table", "box", (0.56, 1.06, 0.08), upright(np.array([0.7, 0.0, TABLE_Z - 0.04]), 0.0))
+    solids = [table]
+    for i, (x, y) in enumerate(_places(rng, count)):
+        height = float(rng.uniform(0.06, 0.22))
+        size = (float(rng.uniform(0.05, 0.12)), float(rng.uniform(0.05, 0.08)), height)
+        pose = upright(np.array([x, y, TABLE_Z + height / 2.0]), float(rng.uniform(-np.pi, np.pi)))
+        if i % 2:
+            solids.append(Obstacle(f"thing{i}", "cylinder", (size[1], size[1], height), pose))
+        else:
+            solids.append(Obstacle(f"thing{i}", "box", size, pose))
+    return tuple(solids)
+
+
+def _places(
+    rng: np.random.Generator, count: int, taken: list[tuple[float, float]] | None = None
+) -> list[tuple[float, float]]:
+    """Return places (x, y) at least 15 cm from one another; fewer if they find no room."""
+    found = list(taken or [])
+    first = len(found)
+    for _ in range(400 * max(count, 1)):
+        if len(found) - first >= count:
+            break
+        x, y = float(rng.uniform(0.5, 0.9)), float(rng.uniform(-0.45, 0.45))
+        if all(np.hypot(x - a, y - b) > 0.15 for a, b in found):
+            found.append((x, y))
+    return found[first:]
+
+
+def pick_and_place(rng: np.random.Generator, count: int, side: float) -> ManipulationTask:
+    """Return a task in clutter: a thing within one arm's reach, to a bowl or to a free place on the same side."""
+    thing = (float(rng.uniform(*_NEAR)), side * float(rng.uniform(0.0, 0.35)))
+    while True:
+        goal = (float(rng.uniform(*_NEAR)), side * float(rng.uniform(0.0, 0.35)))
+        if np.hypot(goal[0] - thing[0], goal[1] - thing[1]) > 0.2:
+            break
+    into = bool(rng.random() < 0.5)
+    seen = [detection("ball", _ball(*thing, float(rng.uniform(0.025, 0.036)), rng))]
+    if into:
+        seen.append(detection("bowl", _bowl(*goal, rng)))
+    for i, (x, y) in enumerate(_places(rng, count - len(seen), [thing, goal])):
+        seen.append(detection(f"thing{i}", _box(x, y, rng) if i % 2 else _cylinder(x, y, rng)))
+    pose = None if into else upright(np.array([*goal, TABLE_Z]), 0.0)
+    return ManipulationTask(
+        "bench", 0, "put_in" if into else "place", "in" if into else "none", seen[0], tuple(seen), flat_table(),
+        seen[1] if into else None, pose, "ball", "bowl" if into else "",
+    )  # fmt: skip
+
+
+def flat_table() -> TableSurface:
+    """Return a table of half a metre by one as it is seen, in the base frame."""
+    corners = np.array([[0.45, -0.5], [0.95, -0.5], [0.95, 0.5], [0.45, 0.5]])
+    polygon = np.column_stack([corners, np.full(4, TABLE_Z)])
+    return TableSurface(polygon, np.array([0.0, 0.0, 1.0]), np.zeros((0, 2)))
+
+
+def detection(name: str, cloud: FloatArray) -> Detection:
+    """Return a thing of which the points (N, 3) [m] are known and no picture."""
+    pose = np.eye(4)
+    pose[:3, 3] = cloud.mean(axis=0)
+    geometry = Geometry(cloud.mean(axis=0), pose, np.ptp(cloud, axis=0), cloud.astype(np.float32))
+    return Detection(name, name, 1.0, Box(0.0, 0.0, 1.0, 1.0), np.zeros((1, 1), dtype=bool), geometry)
+
+
+def _seen(points: FloatArray, normals: FloatArray, pose: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Place a surface and keep what faces the camera, with 1 mm of noise."""
+    world = points @ pose[:3, :3].T + pose[:3, 3]
+    facing = ((_CAMERA - world) * (normals @ pose[:3, :3].T)).sum(axis=1) > 0.0
+    return np.asarray(world[facing] + rng.normal(scale=0.001, size=(int(facing.sum()), 3)))
+
+
+def _ball(x: float, y: float, radius: float, rng: np.random.Generator) -> FloatArray:
+    normals = rng.normal(size=(_POINTS, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return _seen(normals * radius, normals, upright(np.array([x, y, TABLE_Z + radius]), 0.0), rng)
+
+
+def _cylinder(x: float, y: float, rng: np.random.Generator) -> FloatArray:
+    radius, height = float(rng.uniform(0.028, 0.04)), float(rng.uniform(0.08, 0.2))
+    angle, share = rng.uniform(-np.pi, np.pi, _POINTS), np.sqrt(rng.uniform(0.0, 1.0, _POINTS))
+    ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(_POINTS)])
+    wall = ring * radius + np.column_stack([np.zeros((_POINTS, 2)), rng.uniform(0.0, height, _POINTS)])
+    top = ring * (radius * share)[:, None] + [0.0, 0.0, height]
+    normals = np.vstack([ring, np.tile([0.0, 0.0, 1.0], (_POINTS, 1))])
+    return _seen(np.vstack([wall, top]), normals, upright(np.array([x, y, TABLE_Z]), 0.0), rng)
+
+
+def _box(x: float, y: float, rng: np.random.Generator) -> FloatArray:
+    size = rng.uniform([0.06, 0.04, 0.05], [0.12, 0.07, 0.18])
+    points = rng.uniform(-0.5, 0.5, (_POINTS * 2, 3)) * size
+    faces = rng.integers(0, 6, len(points))
+    normals = np.zeros_like(points)
+    rows = np.arange(len(points))
+    sign = np.where(faces % 2 == 0, 1.0, -1.0)
+    normals[rows, faces // 2] = sign
+    points[rows, faces // 2] = 0.5 * sign * size[faces // 2]
+    pose = upright(np.array([x, y, TABLE_Z + size[2] / 2.0]), float(rng.uniform(-np.pi, np.pi)))
+    return _seen(points, normals, pose, rng)
+
+
+def _bowl(x: float, y: float, rng: np.random.Generator) -> FloatArray:
+    """Return inside and outside of a widening bowl and its floor."""
+    radius, height = float(rng.uniform(0.075, 0.095)), 0.065
+    t, angle = rng.uniform(0.0, 1.0, _POINTS), rng.uniform(-np.pi, np.pi, _POINTS)
+    ring = np.column_stack([np.cos(angle), np.sin(angle)])
+    points, normals = [], []
+    for inset, sign in ((0.0, 1.0), (0.004, -1.0)):
+        r = radius * (0.5 + 0.5 * t) - inset
+        points.append(np.column_stack([ring * r[:, None], 0.005 + (height - 0.005) * t]))
+        normals.append(np.column_stack([sign * ring * 0.8, np.full(_POINTS, -0.6 * sign)]))
+    floor = radius * 0.5 * np.sqrt(rng.uniform(0.0, 1.0, _POINTS))
+    points.append(np.column_stack([ring * floor[:, None], np.full(_POINTS, 0.006)]))
+    normals.append(np.tile([0.0, 0.0, 1.0], (_POINTS, 1)))
+    return _seen(np.vstack(points), np.vstack(normals), upright(np.array([x, y, TABLE_Z]), 0.0), rng)

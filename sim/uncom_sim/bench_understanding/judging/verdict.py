@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether a grounded command is what the person meant: object, action and target, by the simulator's truth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+from uncom_perception.types import Detection
+from uncom_reasoner.types import GroundedCommand, Status, TargetKind
+
+from uncom_sim.bench_understanding.takes.values import TakePlan
+from uncom_sim.objects.footprint import outline
+from uncom_sim.scoring.scoring import nearest_object
+from uncom_sim.types import Meaning, ObjectState, Point2, SceneObject, Table
+
+AREA_M = 0.12  # how far from the place pointed at is still "here"
+NEAR_M = 0.15  # gap of what is "next to"
+BESIDE_M = 0.30  # gap of what is "left of"
+_CONE = float(np.cos(np.radians(50.0)))
+_DIRECTIONS = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
+_OVERLAP_M2 = 1e-4  # outlines of a thing as measured and as it is differ by so much
+_SAME_PLACE_M = 0.06
+# What may be understood for what is meant: "near" is said of the same places as "next to".
+_SAME_RELATION = {"next_to": ("next_to", "near"), "in": ("in",), "on": ("on",)}
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What came out: ids of the things that were chosen, the place, and which parts of it are right."""
+
+    status: str
+    reason: str
+    object: str | None
+    target: str | None
+    place: Point2 | None
+    action: str
+    relation: str
+    object_right: bool
+    action_right: bool
+    target_right: bool
+    why: str = ""
+
+    @property
+    def right(self) -> bool:
+        """Whether object, action and target are all as meant."""
+        return self.object_right and self.action_right and self.target_right
+
+
+NOTHING = Verdict("nothing", "nothing was understood", None, None, None, "", "", False, False, False, "no command")
+
+
+def judge(plan: TakePlan, states: Sequence[ObjectState], grounded: GroundedCommand | None) -> Verdict:
+    """Judge a grounded command (None: there was none)."""
+    if grounded is None:
+        return NOTHING
+    meaning = plan.meaning
+    done = grounded.status is Status.GROUNDED
+    thing = which(grounded.object, states) if done else None
+    target = which(grounded.target.detection, states) if done else None
+    area = done and grounded.target.kind is TargetKind.AREA and grounded.target.pose is not None
+    pose = grounded.target.pose
+    place = (float(pose[0, 3]), float(pose[1, 3])) if area and pose is not None else None
+    object_right = thing == meaning.object
+    action_right = done and grounded.primitive in plan.actions
+    target_right, why = False, grounded.reason
+    if done:
+        target_right, why = _target(plan, states, grounded, target, place)
+        if not object_right:
+            why = f"took {thing or 'nothing that is there'}"
+        elif not action_right:
+            why = f"would {grounded.primitive} it"
+    return Verdict(
+        grounded.status.name.lower(),
+        grounded.reason,
+        thing,
+        target if place is None else None,
+        place,
+        grounded.primitive,
+        grounded.relation,
+        object_right,
+        action_right,
+        target_right,
+        "" if object_right and action_right and target_right else why,
+    )
+
+
+def which(detection: Detection | None, states: Sequence[ObjectState]) -> str | None:
+    """Return the id of the true thing that a detection is, or None."""
+    if detection is None or detection.geometry is None:
+        return None
+    x, y = (float(value) for value in detection.geometry.centroid[:2])
+    return nearest_object(states, x, y, _SAME_PLACE_M)
+
+
+def _target(
+    plan: TakePlan,
+    states: Sequence[ObjectState],
+    grounded: GroundedCommand,
+    target: str | None,
+    place: Point2 | None,
+) -> tuple[bool, str]:
+    meaning = plan.meaning
+    if meaning.relation in ("in", "on"):
+        allowed = ("in", "on", "none") if "pour" in plan.actions else _SAME_RELATION[meaning.relation]
+        if place is not None or target is None:
+            return False, "chose a place on the table instead of a thing" if place else "chose no target"
+        if target != meaning.target:
+            return False, f"chose {target}"
+        return grounded.relation in allowed, f"understood {grounded.relation!r}"
+    if place is None:
+        return False, f"chose {target} instead of a place" if target else "chose no place"
+    return place_fits(meaning, states, place, plan.scene.table)
+
+
+def place_fits(meaning: Meaning, states: Sequence[ObjectState], place: Point2, table: Table) -> tuple[bool, str]:
+    """Whether a place is in the region that is meant, free of other things, and big enough; the text says why not."""
+    by_id = {state.id: state for state in states}
+    thing = as_object(by_id[meaning.object])
+    shape = outline(replace(thing, x=place[0], y=place[1]))
+    if not table.contains(*place):
+        return False, "the place is beside the table"
+    for other in states:
+        if other.id == meaning.object:
+            continue
+        if outline(as_object(other)).intersection(shape).area > _OVERLAP_M2:
+            return False, f"the place is taken by {other.id}"
+    if meaning.area is not None:
+        away = float(np.hypot(place[0] - meaning.area[0], place[1] - meaning.area[1]))
+        return away <= AREA_M, f"{away:.2f} m from the place meant"
+    if meaning.target is None:
+        return False, "the take means no place"
+    return _beside(shape, place, by_id[meaning.target], meaning.relation)
+
+
+def _beside(shape: shapely.Polygon, place: Point2, target: ObjectState, relation: str) -> tuple[bool, str]:
+    gap = float(shape.distance(outline(as_object(target))))
+    if relation == "next_to":
+        return gap <= NEAR_M, f"{gap:.2f} m from {target.id}"
+    offset = np.asarray(place) - target.position[:2]
+    length = float(np.linalg.norm(offset))
+    if length < 1e-6 or float(offset @ _DIRECTIONS[relation]) / length < _CONE:
+        return False, f"not {relation.replace('_', ' ')} {target.id}"
+    return gap <= BESIDE_M, f"{gap:.2f} m from {target.id}"
+
+
+def as_object(state: ObjectState) -> SceneObject:
+    """Return a thing as it stands now, as a scene has it."""
+    yaw = float(np.arctan2(state.pose[1, 0], state.pose[0, 0]))
+    x, y = (float(value) for value in state.position[:2])
+    return SceneObject(state.id, state.kind, state.colour, x, y, yaw)

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Places for the things of a take, such that who sees and hears it can tell what is meant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from uncom_sim.bench_understanding.takes.values import Scenario
+from uncom_sim.objects.footprint import outline
+from uncom_sim.types import Point2, Scene, SceneObject, Table
+from uncom_sim.world.scene_variation import everything_in_sight
+
+GAP_M = 0.045  # between any two things
+AREA_RADIUS_M = 0.12
+_FREE_M = 0.03  # about a thing where it is to go
+_X_M, _Y_M = (0.50, 0.88), 0.42
+_REACH_X_M, _REACH_Y_M = (0.50, 0.73), 0.40
+_TARGETS = {
+    "in_front_of": ((0.66, 0.86), (-0.38, 0.38)),
+    "behind": ((0.50, 0.64), (-0.38, 0.38)),
+    "left_of": ((0.50, 0.76), (-0.38, 0.18)),
+    "right_of": ((0.50, 0.76), (-0.18, 0.38)),
+}
+_TRIES = 80
+_BESIDE_M = 0.03  # gap of a thing put beside another
+_LARGEST_M = 0.07  # a long thing can be turned
+DIRECTIONS = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
+
+
+def arranged(
+    things: Sequence[SceneObject], relation: str, scenario: Scenario, rng: np.random.Generator
+) -> tuple[tuple[SceneObject, ...], Point2 | None] | None:
+    """Place things on the table; the other value is the free place that is meant, for the relation "area".
+
+    None if no arrangement was found in which everything is seen, apart, and what is asked for can be done.
+    """
+    table = Table()
+    placed: list[SceneObject] = []
+    shapes: list[shapely.Polygon] = []
+    for thing in things:
+        found = _place(thing, shapes, table, rng, *_where(thing.id, relation))
+        if found is None:
+            return None
+        placed.append(found)
+        shapes.append(outline(found))
+    area = _free_place(placed[0], shapes, table, rng) if relation == "area" else None
+    if relation == "area" and area is None:
+        return None
+    scene = Scene(objects=tuple(placed), say="", table=table)
+    if not everything_in_sight(scene):
+        return None
+    by_id = {thing.id: thing for thing in placed}
+    if scenario.target == "relative area" and not _room_beside(by_id["object"], by_id["target"], placed, relation):
+        return None
+    return tuple(placed), area
+
+
+def beside(scene: Scene, more: Sequence[SceneObject], rng: np.random.Generator) -> tuple[SceneObject, ...] | None:
+    """Return a scene's things with more of them in free places, out of the way of what is asked for; None: no room."""
+    meant = scene.meaning
+    for _ in range(_TRIES):
+        placed = list(scene.objects)
+        shapes = [outline(thing) for thing in placed]
+        if meant is not None and meant.area is not None:
+            shapes.append(shapely.Point(meant.area).buffer(_LARGEST_M))
+        for thing in more:
+            found = _place(thing, shapes, scene.table, rng, _X_M, (-_Y_M, _Y_M))
+            if found is None:
+                break
+            placed.append(found)
+            shapes.append(outline(found))
+        if len(placed) < len(scene.objects) + len(more) or not everything_in_sight(
+            replace(scene, objects=tuple(placed))
+        ):
+            continue
+        by_id = {thing.id: thing for thing in placed}
+        sided = meant is not None and meant.target is not None and meant.relation not in ("in", "on")
+        if (
+            meant is None
+            or not sided
+            or _room_beside(by_id[meant.object], by_id[str(meant.target)], placed, meant.relation)
+        ):
+            return tuple(placed)
+    return None
+
+
+def _where(name: str, relation: str) -> tuple[Point2, Point2]:
+    """Return the ranges of x and y [m] for a thing; a target leaves room on the side where something is to go."""
+    if name == "target" and relation in _TARGETS:
+        return _TARGETS[relation]
+    if name in ("object", "target"):
+        return _REACH_X_M, (-_REACH_Y_M, _REACH_Y_M)
+    return _X_M, (-_Y_M, _Y_M)
+
+
+def _place(
+    thing: SceneObject,
+    shapes: Sequence[shapely.Polygon],
+    table: Table,
+    rng: np.random.Generator,
+    x_range: Point2,
+    y_range: Point2,
+) -> SceneObject | None:
+    top = shapely.box(table.x_min, table.y_min, table.x_max, table.y_max).buffer(-0.01)
+    for _ in range(_TRIES):
+        x, y, yaw = rng.uniform(*x_range), rng.uniform(*y_range), rng.uniform(-np.pi, np.pi)
+        moved = replace(thing, x=round(float(x), 4), y=round(float(y), 4), yaw=round(float(yaw), 3))
+        shape = outline(moved)
+        if top.contains(shape) and all(shape.distance(other) >= GAP_M for other in shapes):
+            return moved
+    return None
+
+
+def radius_of(thing: SceneObject) -> float:
+    """Return the radius [m] of the circle about a thing's body frame that covers its outline."""
+    corners = np.asarray(outline(thing).exterior.coords) - (thing.x, thing.y)
+    return float(np.linalg.norm(corners, axis=1).max())
+
+
+def _free_place(
+    thing: SceneObject, shapes: Sequence[shapely.Polygon], table: Table, rng: np.random.Generator
+) -> Point2 | None:
+    radius = min(radius_of(thing), 0.11)
+    for _ in range(_TRIES):
+        x, y = float(rng.uniform(*_REACH_X_M)), float(rng.uniform(-_REACH_Y_M, _REACH_Y_M))
+        away = min(shape.distance(shapely.Point(x, y)) for shape in shapes)
+        if away >= max(radius + _FREE_M, 0.10) and table.contains(x, y, margin=min(radius, 0.08)):
+            return x, y
+    return None
+
+
+def _room_beside(thing: SceneObject, target: SceneObject, placed: Sequence[SceneObject], relation: str) -> bool:
+    """Whether a thing fits beside another one, in the direction that is meant."""
+    table = Table()
+    radius = min(radius_of(thing), _LARGEST_M)
+    others = [outline(other) for other in placed if other.id not in (thing.id, target.id)]
+    here = outline(target)
+    ways = DIRECTIONS.values() if relation == "next_to" else (DIRECTIONS[relation],)
+    for dx, dy in ways:
+        edge = _reach(here, target, (dx, dy)) + _BESIDE_M + radius
+        for side in (-0.3, 0.0, 0.3):
+            x, y = target.x + edge * (dx - side * dy), target.y + edge * (dy + side * dx)
+            spot = shapely.Point(x, y).buffer(radius)
+            if table.contains(x, y, margin=radius + 0.02) and all(spot.distance(s) > 0.02 for s in others):
+                return True
+    return False
+
+
+def _reach(shape: shapely.Polygon, target: SceneObject, way: Point2) -> float:
+    """Return how far a thing extends from its body frame in a direction [m]."""
+    corners = np.asarray(shape.exterior.coords) - (target.x, target.y)
+    return float((corners @ np.asarray(way)).max())

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Make a take: the simulator's person speaks and points, the robot's camera and microphone record."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+from uncom_bringup.bags import image_codec
+from uncom_bringup.bags.image_codec import encode_depth, encode_jpeg
+
+from uncom_sim.bench_understanding.takes.recording import Link, StoredFrame, TakeRecording, TruePointing, Truth
+from uncom_sim.bench_understanding.takes.values import TakePlan
+from uncom_sim.camera.noise import CameraNoise
+from uncom_sim.camera.views import HEAD_CAMERA
+from uncom_sim.person.performance import PersonPerformance
+from uncom_sim.robot.description import CAMERA_FRAME
+from uncom_sim.types import SpokenWord
+from uncom_sim.world.simulator import Frames, Simulator, SimulatorOptions
+
+START_S = 100.0  # stamp of the beginning of every take [s]
+RATE_HZ = 8.0  # the simulated robot's camera
+_AFTER_WORDS_S = 1.5  # what comes later can have no meaning for them
+_BLUR_PX = 1.5  # motion during the exposure from which on it is drawn
+_FAST_PX = 10.0
+# Whose change makes other takes of the same plan.
+_SOURCES = (
+    "person",
+    "objects",
+    "camera",
+    "world/room.py",
+    "world/world.py",
+    "bench_understanding/takes/studio.py",
+    "bench_understanding/takes/recording.py",
+)
+
+
+@functools.cache
+def generator_version() -> str:
+    """Return a digest of all that draws and speaks: takes made by other sources are others."""
+    root = Path(str(resources.files("uncom_sim")))
+    digest = hashlib.sha256(Path(str(image_codec.__file__)).read_bytes())
+    for name in _SOURCES:
+        path = root / name
+        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+            digest.update(file.relative_to(root).as_posix().encode() + b"\0" + file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def make_take(plan: TakePlan) -> TakeRecording:
+    """Film one take; the same plan gives the same bytes.
+
+    Raises:
+        SimError: the scene cannot be built.
+    """
+    conditions = plan.conditions
+    options = SimulatorOptions(noise=CameraNoise().scaled(conditions.camera_noise), light=conditions.light)
+    simulator = Simulator(plan.scene, plan.world_seed, options)
+    try:
+        person = simulator.world.person
+        stored = tuple(
+            _frame(simulator, person, number / RATE_HZ, conditions.exposure_s) for number in range(_count(person))
+        )
+        links = (*_links(simulator.moving_frames(), static=False), *_links(simulator.fixed_frames(), static=True))
+        return TakeRecording(
+            samples=person.samples,
+            sound_start_s=START_S,
+            camera=HEAD_CAMERA,
+            camera_frame=CAMERA_FRAME,
+            links=links,
+            stored=stored,
+            truth=Truth(
+                tuple(SpokenWord(w.text, START_S + w.start_s, START_S + w.end_s) for w in person.words),
+                tuple(
+                    TruePointing(p.role, _three(p.place), START_S + p.start_s, START_S + p.end_s)
+                    for p in person.pointing
+                ),
+                simulator.object_states(),
+                str(person.traits.side or ""),
+            ),
+        )
+    finally:
+        simulator.close()
+
+
+def _count(person: PersonPerformance) -> int:
+    """Return how many images matter: all up to a while after the last word."""
+    last = person.words[-1].end_s + _AFTER_WORDS_S if person.words else person.duration_s
+    return int(np.floor(min(last, person.duration_s) * RATE_HZ)) + 1
+
+
+def _frame(simulator: Simulator, person: PersonPerformance, time_s: float, exposure_s: float) -> StoredFrame:
+    rgb, depth = simulator.film(time_s, exposure_s, moments_of(person, time_s, exposure_s))
+    return StoredFrame(START_S + time_s, encode_jpeg(rgb), encode_depth(depth))
+
+
+def moments_of(person: PersonPerformance, time_s: float, exposure_s: float) -> int:
+    """Return how many moments of the exposure have to be drawn for a smooth blur: an odd number, 1 for none."""
+    ends = [person.hand_at(time_s + share * exposure_s) for share in (-0.5, 0.5)]
+    if ends[0] is None or ends[1] is None:
+        return 1
+    joints = person.hand.joints
+    moved = [joints @ pose[:3, :3].T + pose[:3, 3] for pose in ends if pose is not None]
+    pixels = float(np.linalg.norm(moved[1] - moved[0], axis=1).max()) * HEAD_CAMERA.fx / 0.8
+    if pixels < _BLUR_PX:
+        return 1
+    return 3 if pixels < _FAST_PX else 5
+
+
+def _links(frames: Frames, *, static: bool) -> tuple[Link, ...]:
+    rows = zip(frames.parents, frames.children, frames.places.tolist(), frames.quaternions.tolist(), strict=True)
+    return tuple(Link(parent, child, tuple(place), tuple(turn), static) for parent, child, place, turn in rows)
+
+
+def _three(place: np.ndarray) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in place)
+    return x, y, z

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The same scenario in other places: the seed moves, turns and mirrors things within what keeps its meaning."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import shapely
+
+from uncom_sim.exceptions import SceneError
+from uncom_sim.objects.catalogue import model
+from uncom_sim.objects.footprint import outline
+from uncom_sim.person.placement import Onlooker, looking_robot
+from uncom_sim.types import Point2, Scene, SceneObject
+from uncom_sim.world.placement_check import check_placing
+
+SHIFT_M = 0.06
+TURN_RAD = 0.6
+GAP_M = 0.04  # room for two fingers between any two things
+REACH_X_M = (0.50, 0.72)  # of what is to be moved, and where it is to go
+REACH_Y_M = 0.40
+FREE_RADIUS_M = 0.10
+_ATTEMPTS = 2000
+_BESIDE_M = 0.17
+_OFFSETS = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
+
+
+def randomised(scene: Scene, seed: int) -> Scene:
+    """Return a scene with its things in other places; seed 0 leaves them as they are written.
+
+    Everything stays in the camera's sight, apart from everything else, and within reach where it matters.
+
+    Raises:
+        SceneError: the scene is so crowded that no other arrangement was found.
+    """
+    if seed == 0:
+        return scene
+    rng = np.random.default_rng([seed, 3])
+    onlooker = looking_robot()
+    for _ in range(_ATTEMPTS):
+        changed = _shuffled(scene, rng)
+        if _fits(changed, onlooker):
+            return changed
+    raise SceneError(f"found no other arrangement of the scene {scene.name!r}; take things off the table or use seed 0")
+
+
+def _shuffled(scene: Scene, rng: np.random.Generator) -> Scene:
+    middle = scene.table.y_min + scene.table.y_max
+    mirrored = bool(rng.random() < 0.5)
+
+    def place(x: float, y: float) -> Point2:
+        dx, dy = rng.uniform(-SHIFT_M, SHIFT_M, 2)
+        return float(x + dx), float((middle - y if mirrored else y) + dy)
+
+    def move(thing: SceneObject) -> SceneObject:
+        x, y = place(thing.x, thing.y)
+        yaw = (-thing.yaw if mirrored else thing.yaw) + float(rng.uniform(-TURN_RAD, TURN_RAD))
+        return replace(thing, x=x, y=y, yaw=yaw)
+
+    objects = tuple(move(thing) for thing in scene.objects)
+    spots = {p: place(*p) for p in (scene.point_object, scene.point_target) if isinstance(p, tuple)}
+    meaning = scene.meaning
+    if meaning is not None and meaning.area is not None:
+        area = spots.get(meaning.area) or place(*meaning.area)
+        meaning = replace(meaning, area=area)
+    return replace(
+        scene,
+        objects=objects,
+        point_object=_moved(scene.point_object, spots),
+        point_target=_moved(scene.point_target, spots),
+        meaning=meaning,
+    )
+
+
+def _moved(pointed: str | Point2 | None, spots: dict[Point2, Point2]) -> str | Point2 | None:
+    return spots[pointed] if isinstance(pointed, tuple) else pointed
+
+
+def _fits(scene: Scene, onlooker: Onlooker) -> bool:
+    try:
+        check_placing(scene.objects, scene.table)
+    except SceneError:
+        return False
+    outlines = {thing.id: outline(thing) for thing in scene.objects}
+    if any(a.distance(b) < GAP_M for a, b in combinations(outlines.values(), 2)):
+        return False
+    table = shapely.box(scene.table.x_min, scene.table.y_min, scene.table.x_max, scene.table.y_max)
+    if not all(table.contains(shape) for shape in outlines.values()):
+        return False
+    if not all(_reachable(*place) for place in _matters(scene)):
+        return False
+    if not all(in_sight(thing, scene, onlooker) for thing in scene.objects):
+        return False
+    return all(
+        shapely.Point(spot).distance(shape) > FREE_RADIUS_M
+        for spot in _to_stay_free(scene)
+        for name, shape in outlines.items()
+        if scene.meaning is None or name not in (scene.meaning.object, scene.meaning.target)
+    )
+
+
+def _reachable(x: float, y: float) -> bool:
+    return REACH_X_M[0] <= x <= REACH_X_M[1] and abs(y) <= REACH_Y_M
+
+
+def _matters(scene: Scene) -> Iterator[Point2]:
+    """Yield the places where the robot has to pick and put."""
+    meaning = scene.meaning
+    if meaning is None:
+        return
+    for name in (meaning.object, meaning.target):
+        if name is not None:
+            thing = scene.object(name)
+            yield (thing.x, thing.y)
+    yield from _to_stay_free(scene)
+
+
+def _to_stay_free(scene: Scene) -> Iterator[Point2]:
+    """Yield the places on the bare table where the object is to go."""
+    meaning = scene.meaning
+    if meaning is None:
+        return
+    if meaning.area is not None:
+        yield meaning.area
+    if meaning.target is not None and meaning.relation in _OFFSETS:
+        target, (dx, dy) = scene.object(meaning.target), _OFFSETS[meaning.relation]
+        yield (target.x + _BESIDE_M * dx, target.y + _BESIDE_M * dy)
+
+
+def everything_in_sight(scene: Scene) -> bool:
+    """Whether the robot, looking at the table, has every thing wholly in its picture and not behind another."""
+    onlooker = looking_robot()
+    return all(in_sight(thing, scene, onlooker) for thing in scene.objects)
+
+
+def in_sight(thing: SceneObject, scene: Scene, onlooker: Onlooker) -> bool:
+    """Whether a thing is wholly in the picture and nothing nearer stands before its middle."""
+    shape = model(thing.kind, thing.colour)
+    height = float(shape.size[2])
+    ring = np.asarray(outline(thing).exterior.coords)
+    corners = np.concatenate(
+        [np.column_stack([ring, np.full(len(ring), scene.table.height + z)]) for z in (0.0, height)]
+    )
+    pixels = onlooker.pixels(corners)
+    inside = (pixels > 8.0).all() and (pixels < (onlooker.camera.width - 8.0, onlooker.camera.height - 8.0)).all()
+    if not inside:
+        return False
+    eye = onlooker.pose[:3, 3]
+    middle = np.array([thing.x, thing.y, scene.table.height + height / 2.0])
+    for other in scene.objects:
+        if other.id == thing.id:
+            continue
+        top = scene.table.height + float(model(other.kind, other.colour).size[2])
+        share = (top - middle[2]) / (eye[2] - middle[2])
+        if share > 0.0:  # the part of the line of sight that runs lower than the other thing
+            way = shapely.LineString([middle[:2], middle[:2] + min(share, 1.0) * (eye[:2] - middle[:2])])
+            if way.distance(outline(other)) < 0.005:
+                return False
+    return True

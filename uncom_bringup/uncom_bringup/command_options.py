@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What several commands need."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+from uncom_bringup import output
+from uncom_bringup.exceptions import BadInputError, OutputExistsError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+Picture = TypeVar("Picture")
+# `subparsers` is private to argparse by name only.
+SubParsers = argparse._SubParsersAction  # noqa: SLF001
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """Add `--json`."""
+    parser.add_argument("--json", action="store_true", help="one JSON object on standard output, nothing else there")
+
+
+def add_output(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add `--out`, where to leave what there is to leave, and `--force`; see output_folder."""
+    parser.add_argument("--out", metavar="DIR", help=f"where to leave {what} (default: a new folder)")
+    parser.add_argument("--force", action="store_true", help="write into --out though it holds something")
+
+
+def add_parameters(parser: argparse.ArgumentParser) -> None:
+    """Add `--params-file`; it may be given several times."""
+    parser.add_argument("--params-file", action="append", default=[], metavar="YAML", help="node parameters over ours")
+
+
+@contextmanager
+def simulator_needed(otherwise: str = "`uncom doctor` says what is") -> Iterator[None]:
+    """Import parts of the simulator in this context; `otherwise` is said to whoever has it not.
+
+    Raises:
+        BadInputError: it is not installed.
+    """
+    try:
+        yield
+    except ImportError as error:
+        raise BadInputError(f"the simulator is not installed here ({error}); {otherwise}") from error
+
+
+def existing_file(text: str) -> Path:
+    """Check a file given on the command line.
+
+    Raises:
+        BadInputError: there is no such file, or it is a folder or empty.
+    """
+    path = Path(text)
+    if not path.exists():
+        raise BadInputError(f"{path} does not exist")
+    if path.is_dir():
+        raise BadInputError(f"{path} is a folder; a file is needed")
+    if path.stat().st_size == 0:
+        raise BadInputError(f"{path} is empty")
+    return path
+
+
+def read_picture(path: Path) -> npt.NDArray[np.uint8]:
+    """Read a picture file as RGB (H, W, 3); one that is damaged but can be read is told of in one line.
+
+    Raises:
+        BadInputError: it is no picture, or it is cut short.
+    """
+    from uncom_bringup.bags import image_codec  # noqa: PLC0415  (OpenCV is slow to import)
+
+    wrong = f"{path} is not a picture that can be read (JPEG, PNG, BMP, TIFF, WebP), or it is cut short"
+    return decoded(path, image_codec.decode_colour, wrong)
+
+
+def decoded(path: Path, decode: Callable[[bytes], Picture], wrong: str) -> Picture:
+    """Decode a file; `wrong` is said of one that cannot be. OpenCV's and libpng's own lines are not for users.
+
+    Raises:
+        BadInputError: `decode` does.
+    """
+    data = path.read_bytes()
+    try:
+        with output.held_back() as lines:
+            picture = decode(data)
+    except BadInputError as error:
+        raise BadInputError(wrong) from error
+    if lines:
+        output.note(f"uncom: {path} is damaged; what could be read of it is used")
+    return picture
+
+
+def positive_float(text: str) -> float:
+    """Read a number above 0 (an argparse type)."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text} is not above 0")
+    return value
+
+
+def natural_float(text: str) -> float:
+    """Read a number from 0 on (an argparse type)."""
+    return 0.0 if text.strip() in ("0", "0.0") else positive_float(text)
+
+
+def natural_number(text: str) -> int:
+    """Read 0, 1, 2, ... (an argparse type)."""
+    try:
+        value = int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
+    if not 0 <= value < 2**31:
+        raise argparse.ArgumentTypeError(f"{text} is not from 0 to {2**31 - 1}")
+    return value
+
+
+def output_folder(wanted: str | None, default_stem: str, force: bool) -> Path:
+    """Choose (and make) the folder for what a run leaves behind.
+
+    Without a wish it is `uncom_out/<default_stem>`, or that with -2, -3, ... behind: new each time.
+
+    Raises:
+        OutputExistsError: the wanted folder holds something and `force` is not given.
+        BadInputError: the wanted folder is a file.
+    """
+    if wanted is not None:
+        path = Path(wanted)
+        if path.exists() and not path.is_dir():
+            raise BadInputError(f"--out {path} is a file; a folder is needed")
+        if path.exists() and any(path.iterdir()) and not force:
+            raise OutputExistsError(path)
+        path.mkdir(parents=True, exist_ok=True)
+        return path
+    base = Path("uncom_out")
+    number = 1
+    while True:
+        path = base / (default_stem if number == 1 else f"{default_stem}-{number}")
+        try:
+            path.mkdir(parents=True)
+        except FileExistsError:
+            number += 1
+        else:
+            return path

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Listens to everything the graph says and gathers it for progress lines and the report."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile
+from sensor_msgs.msg import Image
+from uncom_common.conversions import rgb_from_msg, seconds_from_msg
+
+from uncom_bringup.bags.image_codec import encode_jpeg
+from uncom_bringup.graph import topics
+from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.monitor.conversions import message_class, plain_from_msg
+from uncom_bringup.monitor.run_record import Event, Frame, RunRecord
+
+_LISTENED = {
+    kinds.TRANSCRIPT: topics.TRANSCRIPT,
+    kinds.SPEECH_STATUS: topics.SPEECH_STATUS,
+    kinds.COMMAND: topics.COMMAND,
+    kinds.HANDS: topics.HANDS,
+    kinds.GROUNDED: topics.GROUNDED_COMMAND,
+    kinds.EXPLANATION: topics.EXPLANATION,
+    kinds.EXECUTION: topics.EXECUTION_STATUS,
+    kinds.SAY: topics.SAY,
+    kinds.QUESTION: topics.QUESTION,
+}
+# What tells that a node works.
+_SIGNS = {
+    kinds.HANDS: ("gesture_node", "first picture"),
+    kinds.SPEECH_STATUS: ("speech_node", "first sound"),
+    kinds.EXECUTION: ("execution_node", "idle"),
+}
+_LISTENERS = {"language_node": topics.TRANSCRIPT, "reasoner_node": topics.COMMAND}
+_DETECT = "/uncom/detect"
+_ANNOTATED_QUALITY = 95
+_VIDEO_QUALITY = 85
+
+
+class MonitorNode(Node):
+    """Gathers a RunRecord; `on_event` is called for each event, in the executor's thread, and must be short."""
+
+    def __init__(
+        self,
+        on_event: Callable[[Event], None] | None = None,
+        *,
+        keep_camera: bool = True,
+        keep_events: bool = True,
+        overview_topic: str = "",
+        **node_options: Any,
+    ) -> None:
+        """Subscribe; the camera only if its frames are to be kept. A monitor that stays for long keeps nothing."""
+        super().__init__("uncom_monitor", **node_options)
+        self._keep_events = keep_events
+        self._seen: set[str] = set()
+        self._on_event = on_event
+        self._lock = threading.Lock()
+        self._events: list[Event] = []
+        self._frames: dict[str, list[Frame]] = {"camera": [], "overview": [], "annotated": []}
+        for kind, topic in _LISTENED.items():
+            self._listen(kind, topic)
+        if keep_events:
+            self.create_subscription(Image, topics.ANNOTATED.name, self._keeper("annotated", _ANNOTATED_QUALITY), 10)
+        if keep_camera:
+            self.create_subscription(Image, topics.RGB.name, self._keeper("camera", _VIDEO_QUALITY), 10)
+        if overview_topic:
+            self.create_subscription(Image, overview_topic, self._keeper("overview", _VIDEO_QUALITY), 10)
+
+    def record(self) -> RunRecord:
+        """Return everything so far."""
+        with self._lock:
+            return RunRecord(
+                tuple(self._events),
+                tuple(self._frames["camera"]),
+                tuple(self._frames["overview"]),
+                tuple(self._frames["annotated"]),
+            )
+
+    def missing(self) -> list[str]:
+        """Return which nodes have not shown yet that they work, with what is waited for."""
+        with self._lock:
+            seen = set(self._seen)
+        waiting = [f"{node} ({what})" for kind, (node, what) in _SIGNS.items() if kind not in seen]
+        for node, topic in _LISTENERS.items():
+            if all(info.node_name != node for info in self.get_subscriptions_info_by_topic(topic.name)):
+                waiting.append(f"{node} (to listen to {topic.name})")
+        if not any(name == _DETECT for name, _ in self.get_service_names_and_types()):
+            waiting.append(f"detection_node (service {_DETECT})")
+        return waiting
+
+    def graph_is_up(self) -> bool:
+        """Whether all six nodes work: each has said something, or listens or serves as it should."""
+        return not self.missing()
+
+    def _listen(self, kind: str, topic: topics.Topic) -> None:
+        qos = QoSProfile(depth=topic.depth)
+        if topic.latched:
+            qos.durability = QoSDurabilityPolicy.TRANSIENT_LOCAL
+
+        def receive(msg: Any) -> None:
+            self._add(kind, msg)
+
+        self.create_subscription(message_class(topic.type_name), topic.name, receive, qos)
+
+    def _add(self, kind: str, msg: Any) -> None:
+        skip = () if kind == kinds.SAY else ("cloud", "mask")
+        data = plain_from_msg(msg, skip)
+        if kind == kinds.EXPLANATION:
+            data = {**data, "json": _decoded(msg.json)}
+        stamp_s = seconds_from_msg(msg.header.stamp) if hasattr(msg, "header") else 0.0
+        event = Event(kind, stamp_s, 1e-9 * self.get_clock().now().nanoseconds, time.monotonic(), data)
+        with self._lock:
+            self._seen.add(kind)
+            if self._keep_events:
+                self._events.append(event)
+        if self._on_event is not None:
+            self._on_event(event)
+
+    def _keeper(self, name: str, quality: int) -> Callable[[Image], None]:
+        def keep(msg: Image) -> None:
+            self.keep_frame(name, seconds_from_msg(msg.header.stamp), encode_jpeg(rgb_from_msg(msg), quality))
+
+        return keep
+
+    def keep_frame(self, name: str, stamp_s: float, jpeg: bytes) -> None:
+        """Keep a picture as "camera", "overview" or "annotated", wherever it was compressed."""
+        with self._lock:
+            self._frames[name].append(Frame(stamp_s, time.monotonic(), jpeg))
+
+
+def _decoded(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError:
+        return {}

@@ -1,0 +1,293 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Plays a bag to running nodes as fast as they answer: nothing is dropped, and no answer depends on speed.
+
+After each message a barrier makes sure that the nodes have taken it; images, which may be overtaken by small messages
+when the machine is busy, are counted by the nodes themselves. What a node does in a thread of its own is waited for by
+what it publishes or answers: hands for each picture, the end of recognising for each utterance, commands for each
+transcript, and the reasoner says itself when it can do no more with what it has.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from audio_common_msgs.msg import AudioDataStamped
+from rclpy.serialization import deserialize_message
+from std_srvs.srv import Trigger
+from uncom_common.conversions import seconds_from_msg, time_to_msg
+from uncom_perception.frames import stamp_of
+
+from uncom_bringup.bags.bag_reader import BagMessage, BagReader
+from uncom_bringup.bags.depth_first_order import with_depth_first
+from uncom_bringup.exceptions import GraphError
+from uncom_bringup.graph import topics
+from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.monitor.monitor_node import MonitorNode
+from uncom_bringup.monitor.run_record import Event
+from uncom_bringup.replay.player_node import PlayerNode
+from uncom_bringup.ros.barrier import Barrier
+from uncom_bringup.ros.topic_subscribers import GESTURE, LANGUAGE, NODES, REASONER, SPEECH, Takers
+
+_VOCABULARY = "/uncom/vocabulary"
+# Limits of wall time [s]; they end a wait for a node that is broken, and are far above what a slow machine takes.
+_ANSWER_S = 120.0
+_QUIET_S = 20.0
+_PICTURE_S = 20.0  # until an image counts as lost on the way; the middleware sends it again until then
+_SILENCE_S = 0.05
+_LONGEST_SILENCE_S = 40.0  # [s] of the bag's time after its end
+_DEPTH_LATER_NS = 60_000_000
+_MOST_PENDING = 4
+_PICTURES = (topics.RGB.name, topics.RGB.stored_name)
+_DEPTHS = (topics.DEPTH.name, topics.DEPTH.stored_name)
+_ALWAYS = float("-inf")
+_SAME_S = 1e-6
+
+
+@dataclass(slots=True)
+class Tally:
+    """How many pictures were shown, and how many of them were examined."""
+
+    pictures: int = 0
+    examined: int = 0
+
+
+class Lockstep:
+    """Feeds one bag to the graph. Events of the monitor must be passed to `hear` from another thread."""
+
+    def __init__(
+        self,
+        bag: BagReader,
+        player: PlayerNode,
+        monitor: MonitorNode,
+        check: Callable[[], None],
+        note: Callable[[str], None],
+    ) -> None:
+        """Prepare; `note` gets warnings."""
+        self._bag = bag
+        self._player = player
+        self._monitor = monitor
+        self._check = check
+        self._note = note
+        self._barrier = Barrier(monitor, NODES, check)
+        self._changed = threading.Condition()
+        self._hands_s = float("-inf")
+        self._transcripts: list[tuple[str, str]] = []
+        self._answered: Counter[str] = Counter()
+        self._announced: dict[str, int] = {}
+        self._undecided: dict[tuple[str, int], str] = {}
+        self._settle = {name: monitor.create_client(Trigger, f"/{name}/settle") for name in (SPEECH, GESTURE, REASONER)}
+        self._last_hands_s = float("-inf")
+        self._speech_changed = False
+        self._image_s = self._depth_s = _ALWAYS  # stamps of the last ones that were shown
+        self._takers = Takers(bag, player, monitor)
+        self.tally = Tally()
+        self._silence = player.create_publisher(AudioDataStamped, topics.AUDIO.name, 500)
+
+    def hear(self, event: Event) -> None:
+        """Take note of an event."""
+        data = event.data
+        with self._changed:
+            if event.kind == kinds.HANDS:
+                self._hands_s = event.stamp_s
+            elif event.kind == kinds.SPEECH_STATUS:
+                self._speech_changed = True
+            elif event.kind == kinds.TRANSCRIPT:
+                self._transcripts.append((str(data["utterance_id"]), str(data["text"])))
+            elif event.kind == kinds.COMMAND:
+                self._answered[str(data["utterance_id"])] += 1
+                self._announced[str(data["utterance_id"])] = max(1, int(data["count"]))
+                self._undecided[str(data["utterance_id"]), int(data["index"])] = str(data["text"])
+            elif event.kind == kinds.GROUNDED:
+                self._undecided.pop((str(data["utterance_id"]), int(data["index"])), None)
+            self._changed.notify_all()
+
+    def _wait(self, condition: Callable[[], bool], limit_s: float) -> bool:
+        """Wait until a condition on what was heard holds; False if it does not within limit_s of wall time."""
+        deadline = time.monotonic() + limit_s
+        with self._changed:
+            while not condition():
+                left = deadline - time.monotonic()
+                if left <= 0.0:
+                    return False
+                self._changed.wait(min(0.5, left))
+                self._check()
+        return True
+
+    def missing(self) -> list[str]:
+        """Return the nodes that are not up yet."""
+        missing = {*self._barrier.missing(), *self._takers.missing()}
+        missing.update(name for name, client in self._settle.items() if not client.service_is_ready())
+        return sorted(missing)
+
+    def run(self, rate: float | None = None, progress: Callable[[float], None] = lambda _: None) -> None:
+        """Play the bag once, at most `rate` times as fast as it was recorded (None: as fast as the nodes answer).
+
+        Raises:
+            GraphError: a node died or does not answer.
+            BagError: the bag is damaged from its first message on.
+        """
+        wanted = self._takers.find()
+        self._introduce(wanted)
+        begin = time.monotonic()
+        sounds: deque[BagMessage] = deque(maxlen=2)
+        depths = [name for name in _DEPTHS if name in wanted]
+        for message in with_depth_first(self._bag.messages(wanted), _PICTURES, depths, _DEPTH_LATER_NS):
+            offset_s = 1e-9 * (message.time_ns - self._bag.start_ns)
+            while rate is not None and (ahead_s := offset_s / rate - (time.monotonic() - begin)) > 0.0:
+                self._check()
+                time.sleep(min(ahead_s, 0.2))
+            self._step(message)
+            progress(offset_s)
+            if message.topic.name == topics.AUDIO.name:
+                sounds.append(message)
+        self._end([deserialize_message(message.data, AudioDataStamped) for message in sounds])
+
+    def _introduce(self, wanted: Sequence[str]) -> None:
+        """Say first what a late listener would hear at once, and wait until every publisher was found."""
+        latched = {topic.name for topic in self._bag.topics if topic.latched} | {topics.AUDIO_INFO.name}
+        first = latched | {topics.RGB_INFO.name, topics.DEPTH_INFO.name}
+        deadline = time.monotonic() + _ANSWER_S
+        while late := [name for name in wanted if self._player.listeners(name) < len(self._takers.listeners(name))]:
+            self._check()
+            if time.monotonic() > deadline:
+                raise GraphError("the graph", f"does not take {', '.join(late)}")
+            time.sleep(0.02)
+        self._player.tell_time(self._bag.start_ns)
+        todo = [name for name in wanted if name in first]
+        for message in self._bag.messages(todo) if todo else ():
+            if message.topic.name in todo:
+                todo.remove(message.topic.name)
+                self._publish(message)
+            if not todo:
+                break
+        self._player.wait_until_taken(_QUIET_S)
+        self._barrier.settle(*NODES, rounds=1)
+        offered = len(self._monitor.get_publishers_info_by_topic(_VOCABULARY))
+        deadline = time.monotonic() + _QUIET_S
+        while self._settled(SPEECH)[0] < offered and time.monotonic() < deadline:
+            time.sleep(0.01)
+
+    def _publish(self, message: BagMessage) -> None:
+        self._player.publish(message)
+        for name in self._takers.of(message.topic.name):
+            if self._barrier.sent(name, message.topic.name) >= _MOST_PENDING:
+                self._barrier.settle(name)
+
+    def _step(self, message: BagMessage) -> None:
+        self._player.tell_time(message.time_ns)
+        name = message.topic.name
+        self._publish(message)
+        if name in _DEPTHS:
+            self._depth_s = 1e-9 * stamp_of(message.data)
+            self._await_depth()
+        elif name in _PICTURES:
+            self._image_s = 1e-9 * stamp_of(message.data)
+            self._await_hands()
+        elif name == topics.AUDIO.name:
+            self._hear_out()
+
+    def _await_depth(self) -> None:
+        """Let gesture_node have a depth image before the picture that it belongs to."""
+        depth_s = self._depth_s if self._takers.takes(GESTURE, _DEPTHS) else _ALWAYS
+        self._settled(GESTURE, lambda numbers: numbers[1] >= depth_s - _SAME_S, "a depth image")
+
+    def _await_hands(self) -> None:
+        """Wait until the picture was examined; decisions may follow."""
+        self.tally.pictures += 1
+        before = self.tally.examined  # what was lost on its way once is not waited for again
+        hands_s, _, examined = self._settled(GESTURE, lambda numbers: numbers[2] > before, "a picture")
+        self.tally.examined = int(examined)
+        if not self._wait(lambda: self._hands_s >= hands_s - _SAME_S, _ANSWER_S):
+            raise GraphError(GESTURE, f"has told of hands that have not come for {_ANSWER_S:.0f} s")
+        self._last_hands_s = hands_s
+        self._decide()
+
+    def _settled(
+        self, node: str, ready: Callable[[tuple[float, ...]], bool] = lambda _: True, what: str = ""
+    ) -> tuple[float, ...]:
+        """Wait until a node has done all it can do with what it was sent; returns the numbers that it tells.
+
+        `ready` tells by them whether it has all that it was sent; what does not come is noted as lost on the way.
+        """
+        self._barrier.settle(node, rounds=2)
+        start = time.monotonic()
+        while True:
+            answer = self._barrier.ask(node, self._settle[node], Trigger.Request())
+            numbers = tuple(float(word) for word in answer.message.split())
+            waited_s = time.monotonic() - start
+            if answer.success and ready(numbers):
+                return numbers
+            if answer.success and waited_s > _PICTURE_S:
+                self._note(f"warning: {what} has not reached {node}")
+                return numbers
+            self._check()
+            if waited_s > _ANSWER_S:
+                raise GraphError(node, f"has been busy for {_ANSWER_S:.0f} s")
+            time.sleep(0.002)
+
+    def _hear_out(self) -> None:
+        """Let speech_node examine the sound, and what it heard be understood, before time goes on."""
+        self._settled(SPEECH)
+        while self._transcripts:
+            self._barrier.settle(LANGUAGE, rounds=2)
+            self._await_commands(*self._transcripts.pop(0))
+            self._speech_changed = True
+        if self._speech_changed:
+            # Speech makes these two attentive: they must know of it before the next picture.
+            self._speech_changed = False
+            self._barrier.settle(GESTURE, REASONER, rounds=2)
+        self._decide()
+
+    def _await_commands(self, utterance: str, text: str) -> None:
+        def answered() -> bool:
+            return self._answered[utterance] >= self._announced.get(utterance, 1)
+
+        if not self._wait(answered, _ANSWER_S):  # language_node answers every transcript, if only to refuse it
+            raise GraphError(LANGUAGE, f'has not answered "{text}" for {_ANSWER_S:.0f} s')
+
+    def _decide(self) -> None:
+        """Let the reasoner do all it can do with what was played so far, while there is anything to decide."""
+        with self._changed:
+            if not self._undecided:
+                return
+        image_s = self._image_s if self._takers.takes(REASONER, _PICTURES) else _ALWAYS
+        depth_s = self._depth_s if self._takers.takes(REASONER, _DEPTHS) else _ALWAYS
+        # Hands come from another node, and images may be overtaken on their way.
+        sent = (self._last_hands_s, image_s, depth_s)
+        self._settled(
+            REASONER,
+            lambda numbers: all(has >= due - _SAME_S for has, due in zip(numbers, sent, strict=True)),
+            "what was shown last",
+        )
+
+    def _end(self, sounds: Sequence[AudioDataStamped]) -> None:
+        """Let time go on, in silence, until everything heard is answered: the last word needs its end."""
+        if not sounds:
+            return
+        sound, stamps = sounds[-1], [seconds_from_msg(sound.header.stamp) for sound in sounds]
+        length_s = stamps[-1] - stamps[0] if 0.0 < stamps[-1] - stamps[0] < 1.0 else _SILENCE_S
+        sound.audio.data = bytes(len(sound.audio.data))
+        end_s = stamps[-1] + length_s
+        bag_end_s = 1e-9 * self._bag.start_ns + self._bag.duration_s
+        for number in range(int(_LONGEST_SILENCE_S / length_s)):
+            with self._changed:
+                waiting = bool(self._undecided)
+            if not waiting and self._silent_since_s() >= end_s:
+                return
+            self._player.tell_time(int(1e9 * (bag_end_s + (number + 1) * length_s)))
+            sound.header.stamp = time_to_msg(end_s + number * length_s)
+            self._silence.publish(sound)
+            self._barrier.sent(SPEECH, topics.AUDIO.name)
+            self._hear_out()
+        for text in self._undecided.values():
+            self._note(f'warning: {REASONER} has not decided on "{text}"')
+
+    def _silent_since_s(self) -> float:
+        status = self._monitor.record().last(kinds.SPEECH_STATUS)
+        if status is None or status.data["state"] != kinds.SPEECH_IDLE:
+            return float("-inf")
+        return status.stamp_s

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Locating, comparing and excluding phrases, and how they hang on things."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from uncom_language.parser.lexical.tokens import Token
+from uncom_language.types import Reference, Span
+
+# Locating relations in which a thing lies in or on another; in a chain of phrases these are where things are put.
+SUPPORTING = frozenset({"in", "on"})
+# The side of "the cup on the left" as a quality, and as the side that "the second from the left" is counted from.
+_SIDES = {"left_of": "left", "right_of": "right", "in_front_of": "front", "behind": "back", "between": "middle"}
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """One phrase: "in the bowl", "between A and B", "here", "on the left", "similar to this", "to me", "not red"."""
+
+    kind: str  # located, between, side, here, recipient, compared, likeness, pointed, excepted, quality, moved
+    relation: str
+    tokens: tuple[Token, ...]
+    things: tuple[Reference, ...] = ()
+    text: str = ""
+    restrictive: bool = False  # "the cup that is ...": tells which thing, never where to
+    directed: bool = False  # "into", "onto", "to": where to, never which thing
+    toward: bool = False  # "to the left of": rather where to
+    distance_m: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """Start and end [s] of every word of the utterance."""
+
+    spans: tuple[Span, ...]
+
+    def of(self, tokens: Sequence[Token]) -> Span:
+        """Return the span from the first to the last word of tokens."""
+        first = min(token.first for token in tokens)
+        last = max(token.last for token in tokens)
+        return Span(self.spans[first].start_s, self.spans[last].end_s)
+
+
+def attach(thing: Reference, places: Sequence[Place], timing: Timing) -> Reference:
+    """Hang phrases on a thing; locating ones behind another phrase hang on the thing in that one."""
+    result = thing
+    if not places:
+        return result
+    first, rest = places[0], tuple(places[1:])
+    if first.kind in ("located", "between") and first.things and not result.anchor:
+        *others, last = first.things
+        anchor = attach(last, rest, timing)
+        if others:  # between A and B: B hangs on A
+            anchor = replace(others[0], anchor=anchor, anchor_relation="and")
+        return replace(result, anchor_relation=first.relation, anchor=anchor)
+    if first.kind == "compared" and first.relation == "with":
+        text = " ".join(token.text for token in first.tokens)
+        result = replace(result, modifiers=(*result.modifiers, text))
+        if rest and rest[0].things and rest[0].things[0].anaphoric:
+            rest = rest[1:]  # "the plate with the lemon on it"
+    elif first.kind in ("compared", "likeness"):
+        compared = attach(first.things[-1], rest, timing)
+        comparison = first.relation or result.comparison or "similar"
+        return replace(result, comparison=comparison, compared_to=compared)
+    elif first.kind == "excepted":
+        result = _without(result, first)
+    elif first.kind in ("here", "pointed"):
+        word = first.relation if first.kind == "here" else "this"
+        if not result.deictic:
+            result = replace(result, deictic=word, deictic_span=timing.of(first.tokens))
+    elif first.kind == "side":
+        side = _SIDES.get(first.relation, first.text)
+        counted = result.ordinal and not result.ordinal_side
+        result = replace(
+            result,
+            ordinal_side=side if counted else result.ordinal_side,
+            modifiers=result.modifiers if counted else (*result.modifiers, side),
+        )
+    elif first.kind == "quality":
+        result = replace(result, text=f"{first.text} {result.text}", modifiers=(first.text, *result.modifiers))
+    return attach(_widened(result, first, timing), rest, timing)
+
+
+def _without(thing: Reference, place: Place) -> Reference:
+    """Return the thing with what it must not be."""
+    if not place.things:
+        return replace(thing, excluded_modifiers=(*thing.excluded_modifiers, place.text))
+    (excluded,) = place.things
+    words = [*excluded.modifiers, excluded.head] if excluded.concrete else list(excluded.modifiers)
+    if excluded.head in words[:-1]:
+        words.pop()
+    result = replace(thing, excluded_modifiers=(*thing.excluded_modifiers, *words))
+    bare = excluded.head in excluded.modifiers and excluded.text == " ".join(excluded.modifiers)
+    if bare or thing.comparison:
+        return result
+    return replace(result, comparison="except", compared_to=excluded)
+
+
+def _widened(thing: Reference, place: Place, timing: Timing) -> Reference:
+    """Let the thing's span run to the end of a phrase that belongs to it and holds no thing of its own."""
+    if place.things:
+        return thing
+    return replace(thing, span=Span(thing.span.start_s, max(thing.span.end_s, timing.of(place.tokens).end_s)))

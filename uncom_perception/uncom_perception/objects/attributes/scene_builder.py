@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From found things to the answer: labels, attributes, phrase probabilities."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from uncom_perception.objects.attributes.phrase_matcher import PhraseMatcher, Thing
+from uncom_perception.types import Attribute, Box, Detection, Geometry, Mask, Scene, TableSurface
+
+_MIN_SHARE = 0.12  # of a colour among a thing's pixels to be told
+_METRIC = {"length": "length_m", "width": "width_m", "height": "height_m"}
+
+
+def answer(
+    matcher: PhraseMatcher,
+    seen: Sequence[tuple[Mask, Geometry | None]],
+    things: Sequence[Thing],
+    table: TableSurface | None,
+    phrases: Sequence[str],
+    *,
+    stamp_s: float,
+    backend: str,
+    trust: float = 1.0,
+) -> Scene:
+    """Put the answer together; trust (0 to 1) lowers all scores of a back end that sees less."""
+    scores: list[npt.NDArray[np.float64]] = []
+    none: list[float] = []
+    for phrase in phrases:
+        if is_table(phrase):
+            probability, rest = np.zeros(len(things)), 1.0
+        else:
+            probability, rest = matcher.match(phrase, things)
+        scores.append(probability * trust)
+        none.append(1.0 - trust * (1.0 - rest))
+    detections = []
+    for i, ((mask, body), thing) in enumerate(zip(seen, things, strict=True)):
+        label, score = matcher.label(thing)
+        detections.append(
+            Detection(
+                id=f"thing_{i + 1}",
+                label=label,
+                score=trust * score,
+                box=mask_box(mask),
+                mask=mask,
+                geometry=body,
+                attributes=_attributes(thing),
+                phrase_scores=tuple(float(s[i]) for s in scores),
+            )
+        )
+    return Scene(stamp_s, "", tuple(detections), table, tuple(none), backend)
+
+
+def is_table(phrase: str) -> bool:
+    """Whether a phrase means the table itself."""
+    words = phrase.lower().replace(".", " ").split()
+    return bool(words) and words[-1] in ("table", "tabletop", "desk", "worktop") and len(words) <= 3
+
+
+def mask_box(mask: Mask) -> Box:
+    """Return the box about a mask (H, W)."""
+    x, y, width, height = cv2.boundingRect(np.ascontiguousarray(mask).view(np.uint8))
+    return Box(float(x), float(y), float(x + width), float(y + height))
+
+
+def mask_slices(mask: Mask, rows: slice = slice(0, None), columns: slice = slice(0, None)) -> tuple[slice, slice]:
+    """Return rows and columns of the box about a mask that lies within some of them, one pixel wider."""
+    x, y, width, height = cv2.boundingRect(np.ascontiguousarray(mask[rows, columns]).view(np.uint8))
+    x, y = x + columns.start, y + rows.start
+    return slice(max(0, y - 1), y + height + 1), slice(max(0, x - 1), x + width + 1)
+
+
+def _attributes(thing: Thing) -> tuple[Attribute, ...]:
+    found = [Attribute("colour", name, share) for name, share in thing.colours.items() if share >= _MIN_SHARE]
+    if thing.shape is not None:
+        s = thing.shape
+        found += [Attribute(_METRIC.get(name, name), f"{value:.3f}", 1.0) for name, value in s.items().items()]
+        found.append(Attribute("hollow", "yes", float(np.clip((s.hollowness - 0.05) / 0.25, 0.0, 1.0))))
+    return tuple(found)

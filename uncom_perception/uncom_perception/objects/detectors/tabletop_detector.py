@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The default detector: what stands on the table plane, named by what can be measured on it (RGB-D)."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from uncom_common.camera import PinholeCamera
+
+from uncom_perception.exceptions import TableNotFoundError
+from uncom_perception.exposure import exposure
+from uncom_perception.image_types import DepthImage, FloatArray, RgbImage
+from uncom_perception.objects.attributes.colour import name_colours
+from uncom_perception.objects.attributes.lexicon import Lexicon, load_lexicon
+from uncom_perception.objects.attributes.object_geometry import clean_points, convex_outline, geometry, support_heights
+from uncom_perception.objects.attributes.phrase_matcher import PhraseMatcher, Thing
+from uncom_perception.objects.attributes.scene_builder import answer
+from uncom_perception.objects.attributes.shape import measure
+from uncom_perception.objects.detectors.detector import ObjectDetector, check_images
+from uncom_perception.objects.detectors.picture_detector import PictureDetector
+from uncom_perception.objects.segments.object_masks import find_things, hidden_share
+from uncom_perception.objects.table.table_view import view_table
+from uncom_perception.types import Geometry, HandsFrame, Mask, Scene, TableSurface
+
+_HIDDEN_IN_THINGS = 0.6
+_SURE_PIXELS = 300
+_BLURRED_MOST = 0.5
+_MAX_PIXELS = 1000  # that colours are named by
+
+
+class TabletopDetector(ObjectDetector):
+    """Plane, outline, things on it, their attributes, the phrases that fit them; without depth, the picture alone."""
+
+    def __init__(self, lexicon: Lexicon | None = None) -> None:
+        """Name things by a lexicon (the package's own if None)."""
+        self._matcher = PhraseMatcher(lexicon if lexicon is not None else load_lexicon())
+        self._picture = PictureDetector(self._matcher)
+
+    @property
+    def name(self) -> str:
+        """Name of the back end; it needs no weights."""
+        return "tabletop (rgb-d, no weights)"
+
+    def detect(
+        self,
+        image_rgb: RgbImage,
+        depth: DepthImage | None,
+        camera: PinholeCamera | None,
+        camera_in_base: FloatArray | None,
+        phrases: Sequence[str],
+        hands: HandsFrame | None = None,
+        stamp_s: float = 0.0,
+    ) -> Scene:
+        """Return the scene; one without table and things if no table is seen."""
+        check_images(image_rgb, depth, camera)
+        if depth is None or camera is None:
+            return self._picture.detect(image_rgb, None, camera, camera_in_base, phrases, hands, stamp_s)
+        start = time.perf_counter()
+        try:
+            table, found = self._look(image_rgb, depth, camera, camera_in_base, hands)
+        except TableNotFoundError:
+            table, found = None, []
+        things = [thing for _, _, thing in found]
+        scene = answer(
+            self._matcher,
+            [(mask, body) for mask, body, _ in found],
+            things,
+            table,
+            phrases,
+            stamp_s=stamp_s,
+            backend=self.name if table is not None else f"{self.name}: no table seen",
+        )
+        return dataclasses.replace(scene, latency_s=time.perf_counter() - start)
+
+    def _look(
+        self,
+        image_rgb: RgbImage,
+        depth: DepthImage,
+        camera: PinholeCamera,
+        camera_in_base: FloatArray | None,
+        hands: HandsFrame | None,
+    ) -> tuple[TableSurface, list[tuple[Mask, Geometry, Thing]]]:
+        view = view_table(depth, camera, camera_in_base)
+        points, ground, viewer = view.points, view.ground, view.viewer
+        gain = exposure(image_rgb)
+        masks = find_things(image_rgb, view, hands, gain)
+        clouds = [clean_points(points[box], mask[box]) for mask, box in masks]
+        seen = [(*mask, cloud) for mask, cloud in zip(masks, clouds, strict=True) if len(cloud) >= 20]
+        hulls = [convex_outline(cloud) for *_, cloud in seen]
+        bases = support_heights([cloud for *_, cloud in seen], hulls)
+        found = []
+        blurred = min(_BLURRED_MOST, max(0.0, (ground.plane.sigma_m - 0.001) / 0.002))
+        for (mask, box, cloud), hull, base in zip(seen, hulls, bases, strict=True):
+            shape = measure(cloud - np.array([0.0, 0.0, base], np.float32), viewer - np.array([0.0, 0.0, base]), hull)
+            size = math.sqrt(shape.length * max(shape.width, shape.height))
+            colours = name_colours(_surface_pixels(image_rgb[box], mask[box]), gain)
+            # What lies in a thing is partly hidden by it, and may lean.
+            hidden = max(hidden_share(mask, box, view.depth), _HIDDEN_IN_THINGS if base > 0.0 else 0.0, blurred)
+            thing = self._matcher.describe(shape, colours, size, hidden, _certainty(mask[box]))
+            found.append((mask, geometry(cloud, ground, base, hull), thing))
+        return view.surface, found
+
+
+def _certainty(mask: Mask) -> float:
+    """Return how sure it is that a mask is a thing: scraps of a few pixels often are the sensor's."""
+    return float(np.clip(np.count_nonzero(mask) / _SURE_PIXELS, 0.3, 1.0))
+
+
+def _surface_pixels(image_rgb: RgbImage, mask: Mask) -> npt.NDArray[np.uint8]:
+    """Return a thing's pixels (N, 3) without its border, where the background shines through."""
+    inner = np.flatnonzero(cv2.erode(np.ascontiguousarray(mask).view(np.uint8), np.ones((3, 3), np.uint8)))
+    pixels = inner if len(inner) > 30 else np.flatnonzero(mask)
+    return np.asarray(image_rgb.reshape(-1, 3)[pixels[:: 1 + len(pixels) // _MAX_PIXELS]])

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How far probabilities can be trusted: tables of candidates with the truth, reliability, expected calibration error.
+
+A table is one choice as it was weighed: its candidates with their log factors, and which of them was meant ("none":
+what was meant was not there). Tables come from takes with a known truth; nothing else here knows a truth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from uncom_perception.types import Scene
+
+from uncom_reasoner.posterior.posterior import NONE
+from uncom_reasoner.types import Candidate, FloatArray
+
+BINS = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """One choice: candidates' ids with their log factors by name, and the id of the one that was meant."""
+
+    part: str
+    candidates: tuple[tuple[str, Mapping[str, float]], ...]
+    truth: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return JSON values."""
+        rows = [{"id": name, "factors": dict(factors)} for name, factors in self.candidates]
+        return {"part": self.part, "candidates": rows, "truth": self.truth}
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Table:
+        """Read what `as_dict` gave."""
+        rows = tuple((str(row["id"]), {k: float(v) for k, v in row["factors"].items()}) for row in data["candidates"])
+        return cls(str(data["part"]), rows, str(data["truth"]))
+
+
+def table_of(part: str, candidates: Sequence[Candidate], truth: str) -> Table:
+    """Keep what was weighed for a part; a truth that is no candidate counts as none."""
+    rows = tuple((c.id, {factor.name: factor.log for factor in c.factors}) for c in candidates)
+    return Table(part, rows, truth if truth in {name for name, _ in rows} else NONE)
+
+
+@dataclass(frozen=True, slots=True)
+class Bin:
+    """Choices whose probability lies in a range: how many, their mean probability, and the share that was right."""
+
+    low: float
+    high: float
+    count: int
+    probability: float
+    right: float
+
+
+def reliability(probabilities: Sequence[float], right: Sequence[bool], bins: int = BINS) -> tuple[Bin, ...]:
+    """Sort choices into bins of probability; empty bins are left out."""
+    p, r = np.asarray(probabilities, dtype=float), np.asarray(right, dtype=float)
+    edges = np.linspace(0.0, 1.0, bins + 1)
+    places = np.clip(np.digitize(p, edges) - 1, 0, bins - 1)
+    return tuple(
+        Bin(float(edges[i]), float(edges[i + 1]), int(mine.sum()), float(p[mine].mean()), float(r[mine].mean()))
+        for i in range(bins)
+        if (mine := places == i).any()
+    )
+
+
+def calibration_error(found: Sequence[Bin]) -> float:
+    """Return the expected calibration error: the mean gap between probability and share that is right."""
+    total = sum(one.count for one in found)
+    return sum(one.count * abs(one.probability - one.right) for one in found) / total if total else 0.0
+
+
+def scene_without(scene: Scene, thing_id: str) -> Scene:
+    """Return a scene as it would be answered without one of its things: what a speaker of that thing would meet.
+
+    Phrase scores are shares of soft memberships f_i with none = prod(1 - f_i) (see objects.phrases); they are undone
+    and shared anew.
+    """
+    kept = tuple(d for d in scene.detections if d.id != thing_id)
+    columns, none = [], []
+    for k in range(len(scene.phrase_none)):
+        scores = np.array([d.phrase_scores[k] if k < len(d.phrase_scores) else 0.0 for d in scene.detections])
+        fits = _memberships(scores, scene.phrase_none[k])
+        left = np.array([f for d, f in zip(scene.detections, fits, strict=True) if d.id != thing_id])
+        rest = float(np.prod(1.0 - left)) if len(left) else 1.0
+        none.append(rest)
+        columns.append(left / left.sum() * (1.0 - rest) if left.sum() > 0.0 else left)
+    things = tuple(replace(d, phrase_scores=tuple(float(column[i]) for column in columns)) for i, d in enumerate(kept))
+    return replace(scene, detections=things, phrase_none=tuple(none))
+
+
+def _memberships(scores: FloatArray, none: float) -> FloatArray:
+    """Return f with f_i proportional to the scores and prod(1 - f_i) = none."""
+    if scores.sum() <= 1e-9 or none >= 1.0:
+        return np.zeros_like(scores)
+    shape = scores / scores.max()
+    low, high = 0.0, 0.995
+    for _ in range(50):
+        middle = (low + high) / 2.0
+        low, high = (middle, high) if float(np.prod(1.0 - middle * shape)) > none else (low, middle)
+    return np.asarray(low * shape)

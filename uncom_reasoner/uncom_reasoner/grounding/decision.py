@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Decisions as values: what was found, and what would have been found without the gesture or without the words."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from uncom_language.types import Command, Primitive
+from uncom_perception.types import Detection
+
+from uncom_reasoner.exceptions import AmbiguousError, CannotGroundError, NotSupportedError, UnsettledError
+from uncom_reasoner.grounding.phrasing import described, target_text
+from uncom_reasoner.grounding.target_resolution import TargetResult
+from uncom_reasoner.posterior.context import Context
+from uncom_reasoner.posterior.object_likelihood import Query, weigh
+from uncom_reasoner.types import (
+    Candidate,
+    Choice,
+    Counterfactual,
+    Decision,
+    Doubt,
+    GroundedCommand,
+    PhraseRay,
+    Status,
+)
+
+
+def failed(command: Command, reason: str) -> GroundedCommand:
+    """Return a grounded command that failed before anything was looked at."""
+    return GroundedCommand(
+        stamp_s=0.0,
+        frame_id="",
+        utterance_id=command.utterance_id,
+        index=command.index,
+        status=Status.FAILED,
+        reason=reason,
+        object_text=described(command.object),
+        action_text=command.action_text,
+        target_text=target_text(command),
+        primitive=command.primitive.value,
+        relation=command.relation.value,
+    )
+
+
+def decision_of(
+    command: Command,
+    context: Context,
+    rays: tuple[PhraseRay, PhraseRay],
+    error: CannotGroundError | None,
+    choice: Choice | None = None,
+    thing: Detection | None = None,
+    result: TargetResult | None = None,
+    candidates: tuple[Candidate, ...] = (),
+) -> Decision:
+    """Put a decision together: the object's choice and the target's result, or the error that ended it.
+
+    Args:
+        command: as it was said.
+        context: of the decision.
+        rays: gestures of object and target.
+        error: why it failed or is ambiguous, or None.
+        choice: of the object, if it was settled.
+        thing: the object.
+        result: the target.
+        candidates: what was weighed for an object that was not settled.
+    """
+    evidence = context.evidence
+    status = Status.GROUNDED
+    if error is not None:
+        status = Status.AMBIGUOUS if isinstance(error, AmbiguousError) else Status.FAILED
+    receiver = result.target.detection.id if result is not None and result.target.detection is not None else ""
+    grounded = GroundedCommand(
+        stamp_s=evidence.scene.stamp_s,
+        frame_id=evidence.scene.frame_id,
+        utterance_id=command.utterance_id,
+        index=command.index,
+        status=status,
+        reason=str(error) if error is not None else "",
+        object_text=described(command.object),
+        action_text=command.action_text,
+        target_text=target_text(command),
+        primitive=command.primitive.value,
+        relation=command.relation.value,
+        object=thing,
+        object_probability=choice.probability if choice is not None else 0.0,
+        scene=tuple(d for d in context.things if (thing is None or d.id != thing.id) and d.id != receiver),
+        table=evidence.scene.table,
+        object_candidates=choice.candidates if choice is not None else candidates,
+        object_frame_s=evidence.object_frame_s,
+        target_frame_s=evidence.target_frame_s,
+        backends=tuple(
+            x for x in (f"language={command.backend}", f"detection={evidence.scene.backend}") if x[-1] != "="
+        ),
+    )
+    outline = context.surface.polygon
+    if thing is not None and isinstance(error, UnsettledError):
+        grounded = replace(grounded, target_candidates=error.candidates)
+    doubt = None
+    if isinstance(error, AmbiguousError):
+        doubt = Doubt(error.part or ("object" if thing is None else "target"), error.choices)
+    decision = Decision(
+        grounded,
+        notes=(*evidence.notes, *command.notes),
+        rules={} if choice is None else {"object": choice.rule},
+        doubt=doubt,
+        object_ray=rays[0],
+        target_ray=rays[1],
+        outline=np.asarray(outline.exterior.coords)[:-1] if outline is not None else np.zeros((0, 2)),
+        metric=context.surface.metric,
+        counterfactuals=()
+        if isinstance(error, NotSupportedError)  # what cannot be weighed cannot be weighed otherwise
+        else _counterfactuals(command, rays, thing, result, context),
+    )
+    return decision if result is None else _with_target(decision, result)
+
+
+def _with_target(decision: Decision, result: TargetResult) -> Decision:
+    grounded = replace(
+        decision.grounded,
+        primitive=_done_as(decision.grounded.primitive, result),
+        target=result.target,
+        target_probability=(result.reference or result.choice).probability,
+        target_candidates=result.choice.candidates,
+    )
+    return replace(
+        decision,
+        grounded=grounded,
+        target_point=result.point,
+        cells=result.cells,
+        reference=result.reference,
+        second=result.second,
+        rules={**decision.rules, "target": result.choice.rule}
+        | {name: c.rule for name, c in (("reference", result.reference), ("second", result.second)) if c is not None},
+        place=result.place,
+    )
+
+
+def _done_as(primitive: str, result: TargetResult) -> str:
+    """Return what is done with the object: "put it in the corner" is no putting into a thing."""
+    if primitive in (Primitive.PUT_IN.value, Primitive.PUT_ON.value, Primitive.STACK.value, Primitive.PLACE.value):
+        return result.primitive.value
+    return primitive
+
+
+def _counterfactuals(
+    command: Command,
+    rays: tuple[PhraseRay, PhraseRay],
+    thing: Detection | None,
+    result: TargetResult | None,
+    context: Context,
+) -> tuple[Counterfactual, ...]:
+    """Say which thing would have been likeliest from the words alone, and from the gesture alone."""
+    queries = {}
+    if command.object is not None and context.things:
+        queries["object"] = Query(command.object, rays[0])
+    if command.target is not None and thing is not None and result is not None and result.target.detection is not None:
+        queries["target"] = Query(command.target, rays[1], frozenset((thing.id,)), command.primitive)
+    found = []
+    for part, query in queries.items():
+        nothing = PhraseRay(query.ray.role, query.ray.start_s, query.ray.end_s)
+        for without, changed in (("gesture", replace(query, ray=nothing)), ("words", replace(query, use_words=False))):
+            best = weigh(changed, context)[0]
+            found.append(Counterfactual(without, part, best.id, best.probability))
+    return tuple(found)

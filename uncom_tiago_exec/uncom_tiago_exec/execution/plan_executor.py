@@ -1,0 +1,300 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Carries out the steps of a plan and knows what is in the hand: take, carry, place, and the ways back."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from uncom_tiago_exec.config import ExecutionConfig
+from uncom_tiago_exec.exceptions import ExecutionError, GraspFailedError, MotionError, StoppedError
+from uncom_tiago_exec.execution.recovery import Left, clear_of_all, way_home
+from uncom_tiago_exec.execution.robot_interface import RobotInterface
+from uncom_tiago_exec.planning.plan import GripStep, MoveStep, Plan
+from uncom_tiago_exec.robot.gripper_joints import finger_gap
+from uncom_tiago_exec.robot.robot_model import RobotModel
+from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage, Status, Trajectory
+
+_LOG = logging.getLogger(__name__)
+_SQUEEZE = 0.03  # [m] the fingers aim this much below what they hold; with 2 cm tolerance each they keep pressing.
+# With less a pair that a load has moved aside comes to an end, where one finger presses alone; what is thin and slants
+# turns between the fingers, and they follow it.
+_STUCK = 0.01  # [m] fingers that open by this much less than told still hold what they had
+_FREED = 0.012  # [m] fingers that open by this much at least let go, though something beside them is in their way
+_UNSTICK = 3  # times they close and open again
+_EARLY = 0.035  # [m] what hangs lower than thought, for it turned between the fingers, rests this much earlier at most
+_HANGING = 0.7  # the same as a share of the radius of a dish that is held by its edge
+_ELSEWHERE = 0.15  # [rad, or m] from where a motion begins, that an arm at most is
+_SLIPPED = 0.014  # [m] fingers that close this much further have lost what was between them
+
+Report = Callable[[Status], None]
+
+
+class Performer:
+    """Performs steps one after the other; `stage` is the last one told, `in_hand` the label of what is held."""
+
+    def __init__(self, model: RobotModel, robot: RobotInterface, config: ExecutionConfig, report: Report) -> None:
+        """Keep the parts; nothing moves yet."""
+        self.model = model
+        self._robot = robot
+        self._config = config
+        self._report = report
+        self.stage = Stage.IDLE
+        self.in_hand = ""
+        self._held_gap = 0.0
+        self._last: Trajectory | None = None  # the last motion of torso and arm, be it to its end or not
+        self._last_stage = Stage.IDLE  # in which it was
+        self._released = False  # the thing of the present plan was let go at its place
+        self._gripping: GripStep | None = None  # what the fingers were told and have not come to
+
+    def follow(self, trajectory: Trajectory) -> None:
+        """Carry out a motion, and remember it.
+
+        Raises:
+            MotionError: it ended elsewhere, or would begin elsewhere than where the arm is: nothing has moved then.
+        """
+        away = float(np.abs(self._positions_of(trajectory) - trajectory.positions[0]).max())
+        if away > _ELSEWHERE:
+            raise MotionError(f"the next motion begins {away:.2f} rad from where the arm is")
+        self._last, self._last_stage = trajectory, self.stage
+        self._robot.follow(trajectory)
+
+    def _grip(self, plan: Plan, step: GripStep) -> None:
+        self._gripping = step
+        self._robot.grip(plan.side, step.gap)
+        self._gripping = None
+
+    def tell(self, stage: Stage, detail: str = "", arm: str = "", data: dict[str, object] | None = None) -> None:
+        """Report a stage."""
+        self._report(Status(stage, detail, arm, data or {}))
+        self.stage = stage
+
+    def holds_nothing(self, plan: Plan) -> bool:
+        """Tell from the gap of the fingers whether what was held is gone."""
+        width = plan.grasp.width if plan.grasp is not None else 0.0
+        least = max(_empty_below(width), self._held_gap - _SLIPPED)
+        return finger_gap(plan.side, self._robot.positions()) < least
+
+    def take(self, task: ManipulationTask, plan: Plan) -> None:
+        """Go to the thing, close the fingers on it and lift it, or whatever comes first in the plan.
+
+        Raises:
+            GraspFailedError: nothing is between the fingers.
+        """
+        what = task.object_text or task.object.label or "object"
+        holding = self._released = False
+        for step in plan.steps:
+            if step.stage > Stage.LIFTING:
+                break
+            self._announce(step, plan)
+            if isinstance(step, MoveStep):
+                self.follow(step.trajectory)
+            elif step.holding:
+                self._gripping = step
+                self._close(plan, what)
+                self._gripping, self.in_hand = None, what
+                holding = True
+            else:
+                self._grip(plan, step)
+            if holding and step.stage == Stage.LIFTING:
+                # a finger that was held up by the table, not by the thing, closes now
+                self._robot.grip(plan.side, _pressed(self._held_gap))
+                self._still_held(plan, what, "the {} slipped out of my fingers")
+
+    def _close(self, plan: Plan, what: str) -> None:
+        """Close on the thing, press, and tell from the gap whether anything is there."""
+        width = plan.grasp.width if plan.grasp is not None else 0.0
+        gap = self._robot.grip(plan.side, max(0.0, width - _SQUEEZE))
+        gap = self._robot.grip(plan.side, _pressed(gap))
+        if gap < _empty_below(width):
+            raise GraspFailedError(f"my fingers closed beside the {what}")
+        self._held_gap = gap
+        self.tell(Stage.GRASPING, f"holding something {gap * 1000:.0f} mm wide", plan.side, {"gap_m": round(gap, 4)})
+
+    def _still_held(self, plan: Plan, what: str, lost: str) -> None:
+        if self.holds_nothing(plan):
+            self.in_hand = ""
+            raise GraspFailedError(lost.format(what))
+
+    def _announce(self, step: MoveStep | GripStep, plan: Plan) -> None:
+        data: dict[str, object] = {}
+        if isinstance(step, MoveStep):
+            data["duration_s"] = round(step.trajectory.duration_s, 3)
+        self.tell(step.stage, step.detail, plan.side, data)
+
+    def carry(self, plan: Plan) -> None:
+        """Bring the thing over its place; what is lost on the way is noticed there."""
+        for step in plan.steps:
+            if isinstance(step, MoveStep) and step.stage == Stage.TRANSFERRING:
+                self._announce(step, plan)
+                self.follow(step.trajectory)
+                if plan.grasp is not None:
+                    self._still_held(plan, self.in_hand, "I lost the {} on the way")
+
+    def place(self, plan: Plan) -> None:
+        """Set the thing down, let go, and go home.
+
+        On the last centimetres it may touch what it is to rest on, and turn or move between the fingers as it settles:
+        the fingers then close further and tell nothing. Whether it stands where it should is seen afterwards.
+        """
+        resting = False
+        for step in plan.steps:
+            if step.stage <= Stage.TRANSFERRING:
+                continue
+            if isinstance(step, MoveStep):
+                self._announce(step, plan)
+                if step.stage == Stage.PLACING:
+                    resting = not self._lower(step, plan)
+                elif resting and step.stage == Stage.RETREATING:
+                    self.follow(started_at(step.trajectory, self._positions_of(step.trajectory)))
+                else:
+                    self.follow(step.trajectory)
+            elif step.stage == Stage.PLACING:
+                self._announce(step, plan)
+                self._let_go(plan, step)
+                self.in_hand, self._released = "", True
+            else:
+                self._grip(plan, step)
+
+    def _let_go(self, plan: Plan, step: GripStep) -> None:
+        """Open the fingers, again and again if something holds them: a pad may be wedged in a narrow opening.
+
+        Raises:
+            MotionError: they stay closed; what they hold would be torn away.
+        """
+        self._gripping = step
+        for attempt in range(_UNSTICK + 1):
+            gap = self._robot.grip(plan.side, step.gap)
+            if gap > step.gap - _STUCK:
+                self._gripping = None
+                return
+            if attempt < _UNSTICK:
+                self._robot.grip(plan.side, _pressed(gap))
+        if gap < self._held_gap + _FREED:
+            raise MotionError("my fingers do not open")
+        _LOG.warning("something beside it keeps the fingers from opening wider than %.0f mm", 1000.0 * gap)
+        self._gripping = None
+
+    def _lower(self, step: MoveStep, plan: Plan) -> bool:
+        """Lower the thing; return False if it rests on something a little before the end.
+
+        Raises:
+            MotionError: the motion ended elsewhere.
+        """
+        try:
+            self.follow(step.trajectory)
+        except MotionError:
+            group = self.model.group(plan.side, self._robot.positions())
+            here = group.forward(self._positions_of(step.trajectory))
+            if float(np.linalg.norm((here - group.forward(step.trajectory.positions[-1]))[:3, 3])) > _early(plan):
+                raise
+            return False
+        return True
+
+    def _positions_of(self, trajectory: Trajectory) -> FloatArray:
+        positions = self._robot.positions()
+        return np.array([positions[name] for name in trajectory.joint_names])
+
+    def recover(self, plan: Plan, why: str = "something went wrong; I go back to where I began") -> bool:
+        """Go home after a fault without dropping what is held, if there is a free way; else stay and return False."""
+        onwards = self._last_stage >= Stage.LIFTING and self._last_stage != Stage.PLACING
+        self.tell(Stage.HOMING, why, plan.side)
+        try:
+            self._end_gripping(plan)
+            left = Left(bool(self.in_hand), self._released, self._last, onwards)
+            for motion in way_home(self.model, plan, self._robot.positions(), self._config, left):
+                self.follow(motion)
+        except StoppedError:
+            raise
+        except ExecutionError as error:
+            _LOG.warning("the arm stays where it is: %s", error)
+            return False
+        return True
+
+    def come_free(self, plan: Plan) -> None:
+        """Lift what is held until it is clear of everything, if it can be.
+
+        Raises:
+            MotionError: the arm is held up.
+        """
+        for motion in clear_of_all(self.model, plan, self._robot.positions(), self._config):
+            self.tell(Stage.LIFTING, "first I lift it clear", plan.side)
+            self.follow(motion)
+
+    @property
+    def is_gripping(self) -> bool:
+        """Whether the fingers were stopped on their way."""
+        return self._gripping is not None
+
+    def _end_gripping(self, plan: Plan) -> None:
+        """Let go of what the fingers were about to take or to let go when they were stopped."""
+        step = self._gripping
+        if step is None:
+            return
+        if step.holding and plan.grasp is not None:
+            step = GripStep(step.stage, plan.grasp.opening)
+        if step.stage != Stage.PLACING:
+            self._grip(plan, step)
+            return
+        try:
+            self._let_go(plan, step)
+        except MotionError:
+            if not self.in_hand:
+                raise
+            self._gripping = None  # it is held yet, and goes where the hand goes
+            return
+        self.in_hand, self._released = "", True
+
+    def give_up_grasp(self, plan: Plan) -> None:
+        """Open, and go back the way that was free on the way in; from above, where what fell may lie, straight home."""
+        lifted = self.stage == Stage.LIFTING
+        self.tell(Stage.RETREATING, "opening the fingers and going back", plan.side)
+        ways = (Stage.APPROACHING, Stage.LIFTING) if lifted else (Stage.APPROACHING,)
+        moves = [s for s in plan.steps if isinstance(s, MoveStep) and s.stage in ways]
+        if plan.grasp is not None:
+            self._robot.grip(plan.side, plan.grasp.opening)
+        if lifted and self.recover(plan, "I go back and look where it is"):
+            return
+        for move in reversed(moves):
+            here = self._positions_of(move.trajectory)
+            self.follow(started_at(reversed_trajectory(move.trajectory), here))
+
+
+def reversed_trajectory(trajectory: Trajectory) -> Trajectory:
+    """Return the same motion backwards."""
+    times = trajectory.times[-1] - trajectory.times[::-1]
+    return Trajectory(trajectory.joint_names, times, trajectory.positions[::-1], -trajectory.velocities[::-1])
+
+
+def started_at(trajectory: Trajectory, here: FloatArray) -> Trajectory:
+    """Return a motion that begins at joint positions (J,) near its own start, and ends as it did."""
+    share = trajectory.times / trajectory.times[-1]
+    left = 1.0 - share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+    pace = -30.0 * share**2 * (1.0 - share) ** 2 / trajectory.times[-1]
+    away = here - trajectory.positions[0]
+    return replace(
+        trajectory,
+        positions=trajectory.positions + left[:, None] * away,
+        velocities=trajectory.velocities + pace[:, None] * away,
+    )
+
+
+def _pressed(gap: float) -> float:
+    """Return the gap [m] to aim at with something `gap` wide between the fingers."""
+    return max(0.0, gap - _SQUEEZE)
+
+
+def _empty_below(width: float) -> float:
+    """Return the gap [m] under which fingers that closed on something `width` wide hold nothing."""
+    return max(0.002, 0.3 * width)
+
+
+def _early(plan: Plan) -> float:
+    """Return how much earlier than planned [m] a thing may come to rest: a dish hangs down from its edge."""
+    rim = plan.scene.moved.rim
+    if rim is None or plan.grasp is None or plan.grasp.family != "rim":
+        return _EARLY
+    return max(_EARLY, _HANGING * rim.radius)

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Looking at the table again: where everything is now, and whether what was to be done is done."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from uncom_tiago_exec.config import ExecutionConfig
+from uncom_tiago_exec.exceptions import GraspFailedError, MisplacedError
+from uncom_tiago_exec.execution.object_reidentification import followed, remembering, seen_whole
+from uncom_tiago_exec.execution.plan_executor import Performer
+from uncom_tiago_exec.execution.robot_interface import RobotInterface
+from uncom_tiago_exec.execution.verification import expected_place, verify
+from uncom_tiago_exec.planning.plan import Plan
+from uncom_tiago_exec.types import ManipulationTask, Stage
+
+
+class SecondLook:
+    """Looks through the robot's eyes; `verification` is what the last check found, as data."""
+
+    def __init__(self, robot: RobotInterface, hand: Performer, config: ExecutionConfig) -> None:
+        """Keep the parts."""
+        self._robot = robot
+        self._hand = hand
+        self._config = config
+        self.verification: dict[str, object] = {}
+
+    def look_for(self, task: ManipulationTask, plan: Plan | None = None) -> ManipulationTask:
+        """Look again and follow the thing to where it is now; see seen_again. What is out of sight now is remembered.
+
+        Raises:
+            GraspFailedError: it is not seen.
+        """
+        found = self.seen_again(task, plan)
+        if found is None:
+            raise GraspFailedError(f"I no longer see the {task.object_text or 'object'}")
+        return remembering(found, task)
+
+    def seen_again(self, task: ManipulationTask, plan: Plan | None = None) -> ManipulationTask | None:
+        """Look again; return the task with everything where it is now, or None if the thing is not seen.
+
+        It may be where it was, or where a plan was to bring it.
+        """
+        return followed(task, self._robot.look(), None if plan is None else expected_place(plan))
+
+    def unhidden(self, task: ManipulationTask) -> ManipulationTask:
+        """Look again now that the arm is out of the way; return the task with what is seen now."""
+        return seen_whole(task, self._robot.look())
+
+    def check(self, task: ManipulationTask, plan: Plan) -> str:
+        """Look again, and say where the thing is.
+
+        Raises:
+            MisplacedError: it is not where it was to be.
+        """
+        if not self._config.verify:
+            return f"I have put the {task.object_text or 'object'} down"
+        self._hand.tell(Stage.VERIFYING, "looking again")
+        if task.primitive == "pour":  # it is to stand again where it was
+            task, plan = replace(task, target=None), replace(plan, scene=replace(plan.scene, target=None))
+        finding = verify(task, plan, self._robot.look())
+        self.verification = data = finding.as_data()
+        self._hand.tell(Stage.VERIFYING, finding.text, plan.side, data)
+        if not finding.success:
+            raise MisplacedError(finding.text)
+        moved = ", ".join(f"the {name} by {distance * 100:.0f} cm" for name, distance in finding.moved)
+        return finding.text + (f"; I moved {moved}" if moved else "")

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How well a thing would be held, from 0 to 1, by the points between the pads.
+
+Points are in the frame of the hand at the place it takes: approach, closing, lateral [m].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from uncom_tiago_exec.scene.object_shape import VOXEL, ObjectShape
+from uncom_tiago_exec.types import FloatArray
+
+_SHEET = 11.0  # [kg/m^2] of the surface of dishes: 4 to 5 mm of ceramic, 1.5 mm of steel
+_PRESS = 10.0  # [N] of one pad, for sure
+_PATCH = 0.004  # [m] points this near to the outermost count as touched
+_END = 0.01  # [m] of the pads, where they end
+_SLIPPERY = 0.7  # that much wider per length it slips out, whatever it is made of
+_UNSURE = 0.003  # [m] of a width as it is seen
+
+
+@dataclass(frozen=True, slots=True)
+class Hand:
+    """A hand's axes: approach, closing, lateral, each (3,), and pitch below the horizontal [rad]."""
+
+    approach: FloatArray
+    closing: FloatArray
+    lateral: FloatArray
+    pitch: float
+
+
+@dataclass(frozen=True, slots=True)
+class Between:
+    """What is between the pads: points (N, 3), where the tips end along the approach, half the pads' width [m].
+
+    room: by how much the fingers open wider than it is [m].
+    """
+
+    points: FloatArray
+    tip: float
+    half_width: float
+    room: float
+
+
+def quality_of(shape: ObjectShape, between: Between, hand: Hand, place: FloatArray, family: str) -> float:
+    """Judge a grasp of a family ("across" or "rim") at a place (3,) between the pads."""
+    passes = float(np.clip((between.room - _UNSURE) / 0.015, 0.4, 1.0))  # fingers that just pass touch its edge
+    quality = _held(shape, between, hand, place) * passes
+    if family == "across":
+        return quality * float(np.clip(1.0 - _tapers(between) / _SLIPPERY, 0.2, 1.0))
+    steep = float(np.sin(hand.pitch) ** 1.5)
+    return 0.85 * quality * steep * _seen(shape, place) * _bears(shape, place, between.tip)
+
+
+def _held(shape: ObjectShape, between: Between, hand: Hand, place: FloatArray) -> float:
+    """Judge contact patches, width, depth, leverage of the weight and approach."""
+    span = between.points
+    low, high = float(span[:, 1].min()), float(span[:, 1].max())
+    left, right = span[span[:, 1] < low + _PATCH], span[span[:, 1] > high - _PATCH]
+    # both pads should meet at one place of the fingers, else they turn the thing
+    slant = np.linalg.norm(left[:, [0, 2]].mean(axis=0) - right[:, [0, 2]].mean(axis=0))
+    facing = float(np.exp(-((slant / max(high - low, 0.012)) ** 2) * 2.0))
+    patch = min(float(np.ptp(left[:, 2])), float(np.ptp(right[:, 2]))) + 0.5 * min(
+        float(np.ptp(left[:, 0])), float(np.ptp(right[:, 0]))
+    )
+    contact = min(1.0, 0.3 + patch / 0.03)
+    depth = min(1.0, 0.4 + max(0.0, between.tip - float(span[:, 0].min())) / 0.025)
+    width = 1.0 if high - low < 0.06 else max(0.3, 1.0 - (high - low - 0.06) / 0.035)
+    # distance of the weight's middle from the line between the pads
+    middle = shape.middle
+    arm = np.array([place[0] - middle[0], place[1] - middle[1]])
+    across = float(np.linalg.norm(arm - (arm @ hand.closing[:2]) * hand.closing[:2]))
+    leverage = float(np.exp(-across / 0.08) * np.exp(-float(np.linalg.norm(arm)) / 0.4))
+    approach = 0.8 + 0.2 * np.sin(hand.pitch)
+    higher = float(place[2] - middle[2])  # held a little above its middle it does not tip, far above it swings
+    above = float(np.clip(1.0 + higher / 0.25, 0.7, 1.05)) / (1.0 + 4.0 * max(0.0, higher - 0.04))
+    return float(facing * contact * depth * width * leverage * approach * above)
+
+
+def _tapers(between: Between) -> float:
+    """Return how much wider to a side things get per length where the pads end.
+
+    Pads that end before the widest place press a thing out from between them.
+    """
+    span = between.points
+    steepest, widest = 0.0, float(np.ptp(span[:, 1])) - 0.5 * VOXEL
+    sides = (span[:, 0], between.tip), (span[:, 2], between.half_width), (-span[:, 2], between.half_width)
+    for along, end in sides:
+        last, before = along > end - _END, (along > end - 2.0 * _END) & (along <= end - _END)
+        if np.count_nonzero(last) < 2 or np.count_nonzero(before) < 2:
+            continue
+        width = float(np.ptp(span[last, 1]))
+        if width >= widest:
+            steepest = max(steepest, 0.5 * (width - float(np.ptp(span[before, 1]))) / _END)
+    return steepest
+
+
+def _seen(shape: ObjectShape, place: FloatArray) -> float:
+    """Return less than 1 for an edge on the far side, whose outside (a handle, perhaps) the camera does not see."""
+    view = shape.middle[:2] / max(float(np.linalg.norm(shape.middle[:2])), 1e-6)
+    outward = place[:2] - shape.middle[:2]
+    return float(1.0 - 0.4 * max(0.0, float(outward @ view) / max(float(np.linalg.norm(outward)), 1e-6)))
+
+
+def _bears(shape: ObjectShape, place: FloatArray, depth: float) -> float:
+    """Return less than 1 where the weight beside the fingers would turn the thing out of them.
+
+    It is held level by one pad pressing at the edge and the other `depth` [m] below.
+    """
+    middle = shape.points.mean(axis=0)
+    weight = _SHEET * 9.81 * len(shape.points) * VOXEL**2
+    moment = weight * float(np.linalg.norm(place[:2] - middle[:2]))
+    return min(1.0, _PRESS * max(depth, 0.0) / max(moment, 1e-6)) ** 2

@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where and how to take a thing with a parallel gripper, from its completed points alone.
+
+A candidate closes horizontally (y of the grasping frame) and comes in (x of the grasping frame) from above or
+obliquely. Around solid things it is placed across the body, on hollow things over the edge of the opening. The points
+between the pads give width, contact patches and how well they face each other (antipodal: Nguyen 1988); points in the
+way of fingers or palm rule it out.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from uncom_tiago_exec.grasping.grasp_quality import Between, Hand, quality_of
+from uncom_tiago_exec.robot.gripper_shape import GripperShape
+from uncom_tiago_exec.scene.object_shape import ObjectShape, thin
+from uncom_tiago_exec.types import FloatArray
+
+PITCHES = (90.0, 75.0, 60.0, 48.0, 36.0)
+TIP_CLEARANCE = 0.004  # [m] between finger tips and table
+SIDE_CLEARANCE = 0.004  # [m] between an open finger and what it passes
+LOW_RIM = 0.028  # [m] a border lower than this leaves the fingers too little to hold the weight beside them
+_ROOMS = (0.05, 0.04, 0.03, 0.022)  # [m] for the fingers beside what they take
+_UPRIGHT = 0.15  # [rad] of a wall that slopes less than this
+_LEAN = 0.7  # [rad] of a hand at most
+_ALONG = (90.0, 75.0)  # pitches of hands that lean along a wall
+_FEW = 20  # points that tell no slope
+_HALF_OPEN = 0.035  # [m] from the middle to the outside of fingers that are opened a little
+_OVER_RIM = 0.036  # [m] that tips go below a border, if its floor allows: pads so long bear the weight beside them
+_PAST, _DEEPER = 0.008, 0.05  # [m] that tips go beyond the widest place between the pads, and beyond its middle at most
+_NEARLY = 0.97  # of the greatest width
+
+
+@dataclass(frozen=True, slots=True)
+class Grasp:
+    """A way to take a thing.
+
+    pose (4, 4): grasping frame in base_footprint when the fingers close; width: of what is between the pads;
+    opening: of the fingers before; retreat: how far to come from along the approach [m]; quality 0 to 1.
+    """
+
+    pose: FloatArray
+    width: float
+    opening: float
+    retreat: float
+    quality: float
+    family: str
+
+    @property
+    def approach(self) -> FloatArray:
+        """Unit direction (3,) in which the hand comes in."""
+        return self.pose[:3, 0]
+
+
+def grasp_candidates(shape: ObjectShape, others: FloatArray, gripper: GripperShape, count: int = 120) -> list[Grasp]:
+    """Return up to `count` grasps of each family, best first; fingers keep off others (N, 3), the neighbours."""
+    near = others
+    if len(others):
+        reach = 0.5 * float(np.linalg.norm(shape.size)) + 0.2
+        near = thin(others[np.linalg.norm(others[:, :2] - shape.middle[:2], axis=1) < reach], 0.007)
+    found = []
+    for hand, place, family in _proposals(shape):
+        grasp = _fit(shape, near, gripper, hand, place, family)
+        if grasp is not None:
+            found.append(grasp)
+    found.sort(key=lambda g: -g.quality)
+    kept, taken = [], Counter[str]()
+    for grasp in found:  # of each family: what is to be poured is of no use in a hand over its edge
+        taken[grasp.family] += 1
+        if taken[grasp.family] <= count:
+            kept.append(grasp)
+    return kept
+
+
+def _hand(pitch_deg: float, yaw: float, lean: float = 0.0) -> Hand:
+    """Return a hand; leaning [rad] it comes in against its closing direction, which then points down."""
+    pitch = np.radians(pitch_deg)
+    approach = np.array([np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), -np.sin(pitch)])
+    closing = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
+    cos, sin = np.cos(lean), np.sin(lean)
+    approach, closing = cos * approach - sin * closing, cos * closing + sin * approach
+    return Hand(approach, closing, np.cross(approach, closing), float(pitch))
+
+
+def _proposals(shape: ObjectShape) -> Iterator[tuple[Hand, FloatArray, str]]:
+    """Yield hands and the points between their pads."""
+    yaws = list(np.radians(np.arange(-180.0, 180.0, 22.5)))
+    slope = _slope(shape)
+    if shape.axis is None:
+        yaws += [shape.yaw + k * np.pi / 2.0 for k in range(4)]
+    for pitch in PITCHES:
+        for yaw in yaws:
+            hand = _hand(pitch, float(yaw))
+            if shape.rim is not None and shape.rim.z - shape.bottom > LOW_RIM:
+                for sign in (-1.0, 1.0):
+                    edge = shape.rim.centre + sign * (shape.rim.radius - 0.004) * hand.closing[:2]
+                    place = np.array([edge[0], edge[1], shape.rim.z])
+                    yield hand, place, "rim"
+                    if slope > _UPRIGHT and pitch in _ALONG:
+                        yield _hand(pitch, float(yaw), sign * slope), place, "rim"
+            for place in _places(shape):
+                yield hand, place, "across"
+
+
+def _slope(shape: ObjectShape) -> float:
+    """Return by how much the wall under the rim leans outwards [rad]: pads lie flat on it when the hand leans too."""
+    rim = shape.rim
+    if rim is None:
+        return 0.0
+    radius, z = np.linalg.norm(shape.visible[:, :2] - rim.centre, axis=1), shape.visible[:, 2]
+    wall = (z > max(rim.z - 0.03, rim.floor_z + 0.008)) & (np.abs(radius / rim.radius - 0.85) < 0.2)
+    if int(np.count_nonzero(wall)) < _FEW or float(np.ptp(z[wall])) < 0.015:
+        return 0.0
+    return float(np.clip(np.arctan(np.polyfit(z[wall], radius[wall], 1)[0]), 0.0, _LEAN))
+
+
+def _places(shape: ObjectShape) -> Iterator[FloatArray]:
+    """Yield points inside the body at which to grip it."""
+    middle = shape.middle
+    levels = (0.5,) if shape.height < 0.07 else (0.35, 0.55, 0.75, 0.88)
+    for level in levels:
+        z = shape.bottom + level * shape.height
+        yield np.array([middle[0], middle[1], z])
+    if shape.axis is None and shape.size[0] > 0.09:
+        along = np.array([np.cos(shape.yaw), np.sin(shape.yaw)])
+        for share in (-0.3, -0.15, 0.15, 0.3):
+            xy = middle[:2] + share * shape.size[0] * along
+            yield np.array([xy[0], xy[1], shape.bottom + 0.5 * shape.height])
+
+
+def _fit(
+    shape: ObjectShape, others: FloatArray, gripper: GripperShape, hand: Hand, place: FloatArray, family: str
+) -> Grasp | None:
+    """Place the hand at a point as deep as it can go, and judge it; None if something is in the way."""
+    frame = np.column_stack([hand.approach, hand.closing, hand.lateral])
+    local = (shape.points - place) @ frame
+    near = (others - place) @ frame if len(others) else np.zeros((0, 3))
+    tip = _tip_depth(shape, gripper, hand, place, local, family)
+    if tip is None:
+        return None
+    low_limit = tip - (gripper.tip - gripper.palm)
+    padded = (np.abs(local[:, 2]) <= gripper.half_width) & (local[:, 0] <= tip) & (local[:, 0] >= low_limit)
+    # an edge that slopes inwards, as a plate's, needs the inner finger further in
+    for window in (0.022, 0.034, 0.044) if family == "rim" else (np.inf,):
+        span = local[padded & (np.abs(local[:, 1]) < window)]
+        if len(span) < 4:
+            return None
+        low, high = float(span[:, 1].min()), float(span[:, 1].max())
+        width, middle = high - low, 0.5 * (low + high)
+        if width > gripper.open - 0.006:
+            return None
+        rooms = _ROOMS if hand.closing[2] == 0.0 else _ROOMS[2:]  # a lower finger keeps off the table
+        opening = _opening(local, near, gripper, tip, (low, high), rooms)
+        if opening is not None:
+            break
+    else:
+        return None
+    quality = quality_of(shape, Between(span, tip, gripper.half_width, opening - width), hand, place, family)
+    position = place + hand.closing * middle + hand.approach * (tip - gripper.tip)
+    pose = np.eye(4)
+    pose[:3, :3] = frame
+    pose[:3, 3] = position
+    outside = np.abs(local[:, 2]) <= gripper.half_width + 0.01
+    first = float(local[outside, 0].min())
+    retreat = float(np.clip(tip - first + 0.03, 0.07, 0.14))
+    return Grasp(pose, width, opening, retreat, quality, family)
+
+
+def _opening(
+    local: FloatArray,
+    near: FloatArray,
+    gripper: GripperShape,
+    tip: float,
+    edges: tuple[float, float],
+    rooms: tuple[float, ...],
+) -> float | None:
+    """Return the widest opening with which fingers and palm pass; room beside the thing forgives what was not seen."""
+    width, middle = edges[1] - edges[0], 0.5 * (edges[0] + edges[1])
+    for room in rooms:
+        opening = min(gripper.open - 0.002, width + room)
+        if not _blocked(local, near, gripper, tip, middle, opening):
+            return opening
+    return None
+
+
+def _tip_depth(
+    shape: ObjectShape, gripper: GripperShape, hand: Hand, place: FloatArray, local: FloatArray, family: str
+) -> float | None:
+    """Return how far beyond `place` the finger tips go along the approach, or None if they cannot."""
+    wanted = _OVER_RIM if family == "rim" else max(0.022, min(_widest(local, gripper) + _PAST, _DEEPER))
+    in_palm = (np.abs(local[:, 2]) <= gripper.body[1]) & (np.abs(local[:, 1]) <= gripper.body[0])
+    if family == "across" and shape.rim is not None and in_palm.any():
+        wanted = 0.03
+    if in_palm.any():
+        wanted = min(wanted, float(local[in_palm, 0].min()) + (gripper.tip - gripper.palm) - 0.008)
+    # how far the lower corner of a pad is under its middle
+    corner, down = gripper.half_width * abs(float(hand.lateral[2])), -float(hand.approach[2])
+    lowest = place[2] - shape.bottom - corner - _HALF_OPEN * abs(float(hand.closing[2])) - TIP_CLEARANCE
+    wanted = min(wanted, lowest / down)
+    if family == "rim" and shape.rim is not None:
+        wanted = min(wanted, (shape.rim.z - shape.rim.floor_z - corner - 0.003) / down)
+        return wanted if wanted > 0.006 else None
+    # a pad is 5 cm wide: when it comes in obliquely its lower half still holds what lies below the middle of its tip
+    least = -min(0.25 * shape.height, 0.6 * gripper.half_width * float(np.cos(hand.pitch)) + 0.003)
+    return wanted if wanted >= least else None
+
+
+def _widest(local: FloatArray, gripper: GripperShape) -> float:
+    """Return how far along the approach pads would have to go to hold points (N, 3) where they are widest."""
+    between = local[(np.abs(local[:, 2]) <= gripper.half_width) & (local[:, 0] <= _DEEPER)]
+    if not len(between):
+        return 0.0
+    between = between[np.argsort(between[:, 0])]
+    widths = np.maximum.accumulate(between[:, 1]) - np.minimum.accumulate(between[:, 1])
+    return float(between[int(np.searchsorted(widths, _NEARLY * widths[-1])), 0])
+
+
+def _blocked(
+    local: FloatArray, near: FloatArray, gripper: GripperShape, tip: float, middle: float, opening: float
+) -> bool:
+    """Tell whether open fingers or palm, coming in along the approach, meet the thing itself or a neighbour."""
+    for points, slack in ((local, 0.0), (near, SIDE_CLEARANCE)):
+        if not len(points):
+            continue
+        ahead = points[:, 0] < tip + slack
+        beside = np.abs(points[:, 2]) < gripper.half_width + slack
+        offset = np.abs(points[:, 1] - middle)
+        own = 0.002 if slack == 0.0 else -slack
+        fingers = (offset > opening / 2.0 + own) & (offset < opening / 2.0 + gripper.thickness + max(slack, 0.0))
+        if (ahead & beside & fingers).any():
+            return True
+        palm_front = tip - (gripper.tip - gripper.palm) + 0.004 + slack
+        palm = (points[:, 0] < palm_front) & (np.abs(points[:, 2]) < gripper.body[1] + slack)
+        if (palm & (offset < gripper.body[0] + slack)).any():
+            return True
+    return False

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Collision-free joint paths with OMPL's RRT-Connect (Kuffner and LaValle 2000) and shortcuts."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import ompl.base as ob
+import ompl.geometric as og
+import ompl.util as ou
+
+from uncom_tiago_exec.collision.collision_checker import CollisionChecker
+from uncom_tiago_exec.exceptions import InCollisionError, PlanningError
+from uncom_tiago_exec.types import FloatArray
+
+_LOG = logging.getLogger(__name__)
+ou.setLogLevel(ou.LogLevel.LOG_ERROR)
+ou.RNG.setSeed(1)  # OMPL's generators are seeded from a global one: a process plans the same way each time
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerOptions:
+    """Budgets [s] and the resolution [rad, or m] of a search.
+
+    rounds: of shortcuts; each ends the sooner the less is gained. One is a light simplification, many a full one.
+    """
+
+    time_s: float = 1.0
+    rounds: int = 4
+    simplify_s: float = 0.5
+    resolution: float = 0.005
+    gain: float = 0.03  # share of its length by which a round must have shortened the path for another to follow
+
+
+class _Motions(ob.MotionValidator):
+    """Tells OMPL which straight ways are free: each is looked at as closely as the whole path would be."""
+
+    def __init__(self, information: Any, checker: CollisionChecker, resolution: float) -> None:
+        super().__init__(information)
+        self._checker, self._resolution = checker, resolution
+        self._speed = checker.group.velocity
+        self._places = range(len(self._speed))
+
+    def checkMotion(self, first: Any, second: Any) -> bool:  # noqa: N802  (OMPL calls it so)
+        """Tell whether the straight way from one state to another is free."""
+        start = np.array([first[i] for i in self._places]) * self._speed
+        end = np.array([second[i] for i in self._places]) * self._speed
+        return self._checker.way_is_free(start, end, self._resolution)
+
+
+class JointPlanner:
+    """Plans for the group of a checker. Coordinates are scaled by joint speed, so that length is time."""
+
+    def __init__(self, checker: CollisionChecker, options: PlannerOptions | None = None) -> None:
+        """Set up the space; the checker decides validity."""
+        self.checker = checker
+        self.options = options or PlannerOptions()
+        self._speed = checker.group.velocity
+
+    def plan(self, start: FloatArray, goals: Sequence[FloatArray]) -> FloatArray:
+        """Return a path (N, 8) from start to the first of the goals that can be reached, nearest first.
+
+        Raises:
+            InCollisionError: the start is in collision.
+            PlanningError: no goal was reached within the budget.
+        """
+        if not goals:
+            raise PlanningError("there is no goal to plan to")
+        group = self.checker.group
+        begin = group.clamp(start)
+        if not self.checker.is_free(begin):
+            pairs = self.checker.relax_at(begin)
+            if pairs:
+                text = ", ".join(f"{a} and {b}" for a, b in pairs[:2])
+                raise InCollisionError(f"the arm starts in collision ({text})", pairs)
+        ordered = sorted(goals, key=lambda q: self.duration(np.vstack([begin, q])))
+        for goal in ordered:
+            if self.checker.way_is_free(begin, goal, self.options.resolution):
+                return np.vstack([begin, goal])
+        deadline = time.thread_time() + self.options.time_s
+        for goal in ordered:
+            path = self._solve(begin, goal, deadline - time.thread_time())
+            if path is not None:
+                return path
+        raise PlanningError(f"the {group.side} arm found no free way in {self.options.time_s:.1f} s")
+
+    def duration(self, path: FloatArray) -> float:
+        """Return the time [s] a path takes at full joint speed without regard to acceleration."""
+        return float((np.abs(np.diff(path, axis=0)) / self._speed).max(axis=1).sum())
+
+    def _solve(self, start: FloatArray, goal: FloatArray, time_s: float) -> FloatArray | None:
+        if time_s <= 0.0 or not self.checker.is_free(goal):
+            return None
+        group, speed = self.checker.group, self._speed
+        count = len(speed)
+        space = ob.RealVectorStateSpace(count)
+        bounds = ob.RealVectorBounds(count)
+        for i in range(count):
+            bounds.setLow(i, float(group.lower[i] / speed[i]))
+            bounds.setHigh(i, float(group.upper[i] / speed[i]))
+        space.setBounds(bounds)
+        setup = og.SimpleSetup(space)
+        scale = [float(v) for v in speed]
+        is_free = self.checker.is_free
+        setup.setStateValidityChecker(lambda state: is_free(np.array([state[i] for i in range(count)]) * speed))
+        information = setup.getSpaceInformation()
+        motions = _Motions(information, self.checker, self.options.resolution)
+        information.setMotionValidator(motions)
+        setup.setPlanner(og.RRTConnect(information))
+        ends = []
+        for q in (start, goal):
+            state = information.allocState()
+            for i in range(count):
+                state[i] = float(q[i] / scale[i])
+            ends.append(state)
+        setup.setStartAndGoalStates(ends[0], ends[1])
+        setup.solve(time_s)
+        if not setup.haveExactSolutionPath():
+            return None
+        path = setup.getSolutionPath()
+        self._simplify(setup, path)
+        states = path.getStates()
+        return np.array([[state[i] * scale[i] for i in range(count)] for state in states])
+
+    def _simplify(self, setup: og.SimpleSetup, path: og.PathGeometric) -> None:
+        """Shorten by rounds of vertex removal and partial shortcuts, while they gain enough."""
+        simplifier = og.PathSimplifier(setup.getSpaceInformation())
+        deadline = time.thread_time() + self.options.simplify_s
+        simplifier.reduceVertices(path)
+        for _ in range(self.options.rounds):
+            length = path.length()
+            simplifier.partialShortcutPath(path)
+            simplifier.reduceVertices(path)
+            if path.length() > (1.0 - self.options.gain) * length or time.thread_time() > deadline:
+                break

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drives the robot's base straight on by its odometry. Called from the engine's thread only."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+
+from uncom_tiago_exec.exceptions import MotionError, StoppedError
+from uncom_tiago_exec.execution.base_velocity import DRIVE_SPEED, drive_velocity
+
+_BASE = "/mobile_base_controller"
+_TICK_S = 0.02
+_FIRST_S = 1.0  # [s] until the odometry tells something
+_EXTRA_S = 5.0
+
+
+def drive_base(node: Node, group: Any, distance: float, stop: threading.Event, frame: str) -> float:
+    """Drive by a distance [m], back if negative; return how far it went. The base is listened to only meanwhile.
+
+    Raises:
+        MotionError: there is no odometry, or the base did not get there in time.
+        StoppedError: `stop` was set; the base is told to stand still.
+    """
+    places: list[tuple[float, float]] = []
+    heard = threading.Event()
+
+    def on_odometry(msg: Odometry) -> None:
+        places.append((msg.pose.pose.position.x, msg.pose.pose.position.y))
+        heard.set()
+
+    def now() -> float:
+        return float(node.get_clock().now().nanoseconds) * 1e-9
+
+    def tell(linear: float) -> None:
+        message = TwistStamped()
+        message.header.frame_id = frame
+        message.header.stamp = node.get_clock().now().to_msg()
+        message.twist.linear.x = linear
+        commands.publish(message)
+
+    listening = node.create_subscription(Odometry, f"{_BASE}/odom", on_odometry, 10, callback_group=group)
+    commands = node.create_publisher(TwistStamped, f"{_BASE}/cmd_vel", 10)
+    began = now()
+    deadline = began + 2.0 * abs(distance) / DRIVE_SPEED + _EXTRA_S
+    went = 0.0
+    try:
+        while True:
+            if stop.is_set():
+                raise StoppedError("stopped on request", went)
+            if now() > deadline or (not places and now() - began > _FIRST_S):
+                raise MotionError(f"the base does not drive; are {_BASE}/odom and {_BASE}/cmd_vel there?")
+            heard.wait(_TICK_S)
+            heard.clear()
+            if not places:
+                continue
+            (x, y), (x0, y0) = places[-1], places[0]
+            went = float(np.copysign(np.hypot(x - x0, y - y0), distance))
+            velocity = drive_velocity(distance - went)
+            tell(velocity)
+            if velocity == 0.0:
+                return went
+    finally:
+        tell(0.0)
+        node.destroy_subscription(listening)
+        node.destroy_publisher(commands)

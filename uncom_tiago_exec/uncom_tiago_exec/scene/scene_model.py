@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Everything on the table of one task, as shapes and solids under unique names."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, field
+
+import numpy as np
+from uncom_perception.types import Detection
+
+from uncom_tiago_exec.exceptions import ExecutionError
+from uncom_tiago_exec.scene.object_shape import ObjectShape, shape_of
+from uncom_tiago_exec.scene.obstacles import solids_of, table_obstacle
+from uncom_tiago_exec.types import FloatArray, ManipulationTask, Obstacle
+
+_LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class SceneModel:
+    """The thing to move, the receiving thing (or None), the other things, and the table as solids.
+
+    shadows are solids in the space that is not seen, which motions are to keep out of.
+    """
+
+    moved: ObjectShape
+    target: ObjectShape | None
+    others: tuple[ObjectShape, ...]
+    table: Obstacle
+    table_z: float
+    shadows: tuple[Obstacle, ...] = ()
+    _solids: dict[str, tuple[Obstacle, ...]] = field(  # made once; another scene makes its own
+        init=False, default_factory=dict, repr=False, compare=False
+    )
+
+    @property
+    def neighbours(self) -> FloatArray:
+        """Points (N, 3) of everything but the thing to move."""
+        parts = [s.points for s in (*self.others, *((self.target,) if self.target else ()))]
+        return np.vstack(parts) if parts else np.zeros((0, 3))
+
+    def obstacles(self, *, with_moved: bool) -> tuple[Obstacle, ...]:
+        """Return all solids, with or without the thing to move."""
+        if not self._solids:
+            shapes = [*self.others, *((self.target,) if self.target else ())]
+            self._solids["still"] = tuple(solid for shape in shapes for solid in solids_of(shape))
+            self._solids["moved"] = solids_of(self.moved)
+            self._solids["held"] = solids_of(self.moved, pad=0.001)
+        moved = self._solids["moved"] if with_moved else ()
+        return (self.table, *self._solids["still"], *self.shadows, *moved)
+
+    @property
+    def moved_solids(self) -> tuple[Obstacle, ...]:
+        """Return the solids of the thing to move, nearly without padding, where it stands."""
+        self.obstacles(with_moved=False)
+        return self._solids["held"]
+
+
+def replace_moved(scene: SceneModel, moved: ObjectShape) -> SceneModel:
+    """Return the same scene with another thing to move: one that is in the hand already."""
+    return SceneModel(moved, scene.target, scene.others, scene.table, scene.table_z)
+
+
+def build_scene(task: ManipulationTask) -> SceneModel:
+    """Complete every detection of a task.
+
+    Raises:
+        RefusedError: no table, or the object is seen without depth.
+    """
+    table = table_obstacle(task.table)
+    if task.table is None:  # table_obstacle has raised; this tells the type checker
+        raise ExecutionError("no table")
+    height = task.table.height_m
+    moved = _named(task.object, height, "object")
+    target = _named(task.target, height, "target") if task.target is not None else None
+    others = []
+    for i, detection in enumerate(task.scene):
+        if _same(detection, task.object) or (task.target is not None and _same(detection, task.target)):
+            continue
+        try:
+            others.append(_named(detection, height, f"{detection.label or 'thing'}_{i}"))
+        except ExecutionError as error:
+            _LOG.warning("left out of the scene: %s", error)
+    return SceneModel(moved, target, tuple(others), table, height)
+
+
+def _named(detection: Detection, height: float, name: str) -> ObjectShape:
+    shape = shape_of(detection, height)
+    return ObjectShape(
+        name, shape.points, shape.visible, shape.centre, shape.yaw, shape.size, shape.bottom, shape.top, shape.axis,
+        shape.rim,
+    )  # fmt: skip
+
+
+def _same(a: Detection, b: Detection) -> bool:
+    """Tell whether two detections are one thing: the same name and the same place, or nearly the same place."""
+    if a.geometry is None or b.geometry is None:
+        return a.id == b.id
+    apart = float(np.linalg.norm(a.geometry.centroid - b.geometry.centroid))
+    return apart < 0.012 or (a.id == b.id and apart < 0.05)

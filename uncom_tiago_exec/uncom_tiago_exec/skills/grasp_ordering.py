@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which grasp is tried first, and how it is said why none works."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from uncom_tiago_exec.exceptions import (
+    ExecutionError,
+    InCollisionError,
+    PlanningError,
+    RefusedError,
+    UnreachableError,
+)
+from uncom_tiago_exec.grasping.grasps import Grasp
+from uncom_tiago_exec.grasping.place_poses import Destination
+from uncom_tiago_exec.planning.arm_planner import ArmPlanner
+from uncom_tiago_exec.planning.plan import Plan
+from uncom_tiago_exec.types import FloatArray, ManipulationTask, Side
+
+
+def same_grasp(a: FloatArray, b: FloatArray, slack: float = 1.0) -> bool:
+    """Tell whether two hand poses (4, 4) are nearer than `slack` times 1.5 cm and 20 degrees."""
+    turn = np.arccos(np.clip((np.trace(a[:3, :3].T @ b[:3, :3]) - 1.0) / 2.0, -1.0, 1.0))
+    return bool(np.linalg.norm(a[:3, 3] - b[:3, 3]) < 0.015 * slack and turn < 0.35 * slack)
+
+
+def in_order(
+    arms: Mapping[Side, ArmPlanner], grasps: Sequence[Grasp], goal: Destination | None, like: Plan | None = None
+) -> list[tuple[ArmPlanner, Grasp]]:
+    """Sort pairs of arm and grasp by worth: quality, arm on the right side, hand not turned back to the robot.
+
+    Grasps like that of an earlier plan, made for nearly the same scene, come first.
+    """
+    scored = []
+    for side, arm in arms.items():
+        sign = 1.0 if side == "left" else -1.0
+        shoulder = np.array([-0.03, sign * 0.19])
+        for grasp in grasps:
+            at = grasp.pose[:2, 3]
+            far = at if goal is None else max((at, goal.xy), key=lambda p: -sign * float(p[1]))
+            crossing = max(0.0, -sign * float(far[1]))
+            yaw = np.arctan2(-grasp.pose[0, 1], grasp.pose[1, 1])
+            azimuth = np.arctan2(*(at - shoulder)[::-1])
+            facing = 0.6 + 0.4 * float(np.cos(yaw - azimuth))
+            steep = max(0.0, float(np.linalg.norm(at - shoulder)) - 0.7) * max(0.0, -float(grasp.approach[2]) - 0.7)
+            scored.append((grasp.quality**1.5 * facing * np.exp(-crossing / 0.15) * np.exp(-8.0 * steep), arm, grasp))
+    known = like.grasp if like is not None else None
+    if like is not None and known is not None:
+        scored = [
+            (worth + (arm.side == like.side and same_grasp(grasp.pose, known.pose, 2.0)), arm, grasp)
+            for worth, arm, grasp in scored
+        ]
+    scored.sort(key=lambda item: -item[0])
+    return [(arm, grasp) for _, arm, grasp in scored]
+
+
+def failure_of(error: ExecutionError) -> str:
+    """Return the kind of an error, to count."""
+    if isinstance(error, UnreachableError):
+        return "reach_place" if str(error) == "place" else "reach_object"
+    if isinstance(error, InCollisionError):
+        names = sorted({name for pair in error.contacts for name in pair if not name.startswith(("arm", "wrist"))})
+        return "blocked:" + ",".join(n for n in names if "link" not in n)
+    return "straight"
+
+
+def refusal(failures: Counter[str], task: ManipulationTask) -> RefusedError:
+    """Say in words what most grasps failed by."""
+    what = task.object_text or task.object.label or "object"
+    if not failures:
+        return PlanningError(f"I found no way to take the {what} in time")
+    if failures["reach_place"] and failures["reach_object"] < sum(failures.values()):
+        where = f"put it at the {task.target_text}" if task.target_text else "put it there"
+        return UnreachableError(f"I can take the {what}, but with the same arm I cannot reach far enough to {where}")
+    worst = failures.most_common(1)[0][0]
+    if worst == "reach_object":
+        return UnreachableError(f"the {what} is out of reach of both arms")
+    if worst.startswith("blocked:"):
+        names = worst.removeprefix("blocked:").replace("object", f"the {what}") or "something"
+        return InCollisionError(f"I cannot take or place the {what} without touching something ({names})")
+    return PlanningError(f"I cannot move straight to the {what} and away again")

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A grasp that works from start to end, and the steps that carry it out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from uncom_tiago_exec.collision.collision_checker import CollisionChecker
+from uncom_tiago_exec.grasping.grasps import Grasp
+from uncom_tiago_exec.grasping.place_poses import Place
+from uncom_tiago_exec.planning.arm_planner import TABLE_ONLY, ArmPlanner
+from uncom_tiago_exec.planning.carry_planner import carried
+from uncom_tiago_exec.planning.plan import GripStep, MoveStep, Step
+from uncom_tiago_exec.skills.point_and_give import held_out
+from uncom_tiago_exec.skills.pour import Pour
+from uncom_tiago_exec.trajectory.rest_to_rest import shortest_time
+from uncom_tiago_exec.types import FloatArray, Stage
+
+_CONTACT = 0.05  # [rad, or m] joints that lag this far behind a slow motion are held up by something
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """A grasp that works: joint paths for each straight part, and where it is let go."""
+
+    arm: ArmPlanner
+    grasp: Grasp
+    approach: FloatArray
+    lift: FloatArray
+    place: Place | None = None
+    lower: FloatArray | None = None
+    retreat: FloatArray | None = None
+    release_gap: float = 0.0
+    over: FloatArray | None = None  # from the lifted thing to above its place, where a straight way leads there
+
+    @property
+    def carrying_pace(self) -> float:
+        """Share of the full pace at which the thing is carried: doubtful grasps and long pendulums are not shaken."""
+        pads = self.grasp.pose[2, 3] + self.arm.group.gripper.tip * self.grasp.approach[2]
+        lever = abs(float(pads - self.arm.scene.moved.middle[2]))
+        swing = 1.0 / (1.0 + 8.0 * max(0.0, lever - 0.03))
+        return float(np.clip((0.35 + 0.7 * self.grasp.quality) * swing, 0.45, 0.9))
+
+    def hop(self) -> float:
+        """Rough time from the lifted thing to above its place [s]."""
+        if self.lower is None:
+            return 0.0
+        way = np.vstack([self.lift[-1], self.lower[0]]) if self.over is None else self.over
+        return float((np.abs(np.diff(way, axis=0)) / self.arm.limits.velocity).max(axis=1).sum())
+
+    def cost(self) -> float:
+        """Rough time of the free motions, dearer for doubtful grasps: what is lost costs more than a way [s]."""
+        speed = self.arm.limits.velocity
+        hops = [(self.arm.start, self.approach[0])]
+        if self.lower is not None and self.retreat is not None:
+            hops += [(self.lift[-1], self.lower[0]), (self.retreat[-1], self.arm.start)]
+        motion = sum(float((np.abs(b - a) / speed).max()) for a, b in hops)
+        return float((motion + 3.0) / max(self.grasp.quality, 0.05) ** 1.5)
+
+
+def taking_steps(reach: Reach) -> tuple[Step, ...]:
+    """Return the steps from the start to the lifted thing."""
+    arm, grasp = reach.arm, reach.grasp
+    free, reaching = arm.free(grasp.opening), arm.reaching(grasp.opening)
+    start = arm.group.clamp(arm.start)
+    go = arm.transit(free, start, [reach.approach[0]])
+    lifting = arm.carrying(grasp, TABLE_ONLY)
+    return (
+        GripStep(Stage.APPROACHING, grasp.opening, detail="opening the fingers"),
+        move(arm, Stage.APPROACHING, (go, free, 1.0), "to the object"),
+        move(arm, Stage.APPROACHING, (reach.approach, reaching, 0.8), "straight in"),
+        GripStep(Stage.GRASPING, max(0.0, grasp.width - 0.02), holding=True, detail="closing the fingers"),
+        move(arm, Stage.LIFTING, (reach.lift, lifting, min(reach.carrying_pace, 0.75)), "straight up"),
+    )
+
+
+def giving_steps(reach: Reach) -> tuple[Step, ...]:
+    """Return the step that holds the lifted thing out; the arm stays there."""
+    arm, grasp = reach.arm, reach.grasp
+    way = held_out(arm, grasp, reach.lift[-1])
+    carrying = arm.carrying(grasp, frozenset())
+    return (move(arm, Stage.TRANSFERRING, (way, carrying, min(reach.carrying_pace, 0.8)), "holding it out"),)
+
+
+def pointing_steps(arm: ArmPlanner, q: FloatArray) -> tuple[Step, ...]:
+    """Return the steps to a configuration (8,) that points, and back."""
+    free = arm.free(0.0)
+    go = arm.transit(free, arm.group.clamp(arm.start), [q])
+    return (
+        GripStep(Stage.APPROACHING, 0.0, detail="closing the fingers"),
+        move(arm, Stage.APPROACHING, (go, free, 0.8), "pointing at it"),
+        move(arm, Stage.HOMING, (end_at(go[::-1], arm.start), free, 1.0), "back to the start"),
+        GripStep(Stage.HOMING, arm.start_gap, detail="fingers as before"),
+    )
+
+
+def pouring_steps(reach: Reach, pour: Pour) -> tuple[Step, ...]:
+    """Return the steps from the lifted thing to over the target, tilting there, and upright again."""
+    arm, carrying = reach.arm, reach.arm.carrying(reach.grasp, frozenset())
+    pace = min(reach.carrying_pace, 0.6)
+    return (
+        move(arm, Stage.TRANSFERRING, (pour.over, carrying, pace), "to over the target"),
+        move(arm, Stage.TRANSFERRING, (pour.tilt, carrying, 0.5), "pouring"),
+        move(arm, Stage.TRANSFERRING, (pour.tilt[::-1], carrying, 0.7), "upright again"),
+    )
+
+
+def placing_steps(reach: Reach, home: FloatArray, gap: float, *, strict: bool = False) -> tuple[Step, ...]:
+    """Return the steps from the lifted thing to the arm at home (8,) with its fingers at a gap [m].
+
+    Raises:
+        PlanningError: there is no way to the place, or home; strict, none on which the thing stays upright.
+    """
+    if reach.place is None or reach.lower is None or reach.retreat is None:
+        return ()
+    arm, grasp = reach.arm, reach.grasp
+    carrying = arm.carrying(grasp, frozenset())
+    over = reach.over
+    if over is None:
+        over = carried(arm, grasp, reach.lift[-1], reach.lower[0], strict=strict)
+    touches = frozenset({arm.scene.moved.name})
+    leaving = arm.leaving(reach.release_gap, reach.place.motion, touches)
+    away = arm.leaving(reach.release_gap, reach.place.motion, frozenset())
+    goal = arm.group.clamp(home)
+    if not away.is_free(goal):
+        away.relax_at(goal)
+    back = arm.transit(away, reach.retreat[-1], [goal])
+    lowering = arm.carrying(grasp, reach.place.touches)
+    down = move(arm, Stage.PLACING, (reach.lower, lowering, min(reach.carrying_pace, 0.6)), "straight down")
+    return (
+        move(arm, Stage.TRANSFERRING, (over, carrying, min(reach.carrying_pace, 0.8)), "to the place"),
+        _until_contact(down),
+        GripStep(Stage.PLACING, reach.release_gap, detail="letting go"),
+        move(arm, Stage.RETREATING, (reach.retreat, leaving, 0.9), "straight out"),
+        move(arm, Stage.HOMING, (end_at(back, home), away, 1.0), "back to the start"),
+        GripStep(Stage.HOMING, gap, detail="fingers as before"),
+    )
+
+
+def _until_contact(step: MoveStep) -> MoveStep:
+    """Let a motion end where something holds it up: what turned between the fingers rests earlier."""
+    return replace(step, trajectory=replace(step.trajectory, tolerance=_CONTACT))
+
+
+def move(arm: ArmPlanner, stage: Stage, way: tuple[FloatArray, CollisionChecker, float], detail: str) -> MoveStep:
+    """Time a path (N, 8) under its checker at a pace, and say how short its time could be."""
+    path, checker, pace = way
+    limits = arm.limits
+    least = shortest_time(path[0], path[-1], (limits.velocity, limits.acceleration, limits.jerk))
+    return MoveStep(stage, arm.timed(path, checker, pace), detail, least)
+
+
+def end_at(path: FloatArray, q: FloatArray) -> FloatArray:
+    """Return the path with its end set to the true start, which noise may have put outside the limits."""
+    return np.vstack([path[:-1], q])

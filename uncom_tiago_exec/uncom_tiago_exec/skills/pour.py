@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pouring: the held thing is tilted so that the edge of its mouth stays over the middle of the target.
+
+Its lowest point keeps the same height over the target: it begins above it and comes down as it tips.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError, RefusedError, UnreachableError
+from uncom_tiago_exec.grasping.grasps import Grasp
+from uncom_tiago_exec.kinematics.cartesian_path import follow_poses
+from uncom_tiago_exec.planning.arm_planner import ArmPlanner
+from uncom_tiago_exec.planning.carry_planner import carried
+from uncom_tiago_exec.scene.object_shape import ObjectShape
+from uncom_tiago_exec.types import FloatArray
+
+_LOG = logging.getLogger(__name__)
+TILTS = np.radians([115.0, 100.0])  # the second where the first cannot be reached
+_TIME_S = 3.0  # to look for a way to tilt with one grasp
+_OVER = 0.05  # [m] of the mouth's lowest point over what it is poured into
+_STEP = np.radians(4.0)
+_TURNS = np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120, 150, -150, 180])
+
+
+@dataclass(frozen=True, slots=True)
+class Pour:
+    """Joint paths of a pour: to over the target, and tilting there (to be gone back afterwards)."""
+
+    over: FloatArray
+    tilt: FloatArray
+
+
+def mouth_edge(moved: ObjectShape, ahead: FloatArray) -> FloatArray:
+    """Return the point (3,) of the upper edge over which is poured towards a horizontal direction (2,)."""
+    radius = moved.axis.radius if moved.axis is not None else 0.5 * float(moved.size[1])
+    return np.array([*(moved.middle[:2] + radius * ahead), moved.top])
+
+
+def motions(moved: ObjectShape, target: ObjectShape, ahead: FloatArray, turn: float, tilt: float) -> FloatArray:
+    """Return motions (K, 4, 4) of the thing from upright to tilted [rad] over the target.
+
+    ahead (2,) is where the upright thing's mouth is to be tipped towards; turn [rad] is about the vertical before.
+    """
+    edge = mouth_edge(moved, ahead)
+    place = np.array([*(target.rim.centre if target.rim is not None else target.middle[:2]), 0.0])
+    axis = np.array([-ahead[1], ahead[0], 0.0])
+    upright_turn = Rotation.from_rotvec([0.0, 0.0, turn]).as_matrix()
+    result = []
+    for angle in np.linspace(0.0, tilt, int(np.ceil(tilt / _STEP)) + 1):
+        motion = np.eye(4)
+        motion[:3, :3] = upright_turn @ Rotation.from_rotvec(angle * axis).as_matrix()
+        lowest = float(((moved.points - edge) @ motion[2, :3]).min())
+        place[2] = target.top + _OVER - min(lowest, 0.0)
+        motion[:3, 3] = place - motion[:3, :3] @ edge
+        result.append(motion)
+    return np.array(result)
+
+
+def find_pour(
+    arm: ArmPlanner, grasp: Grasp, lifted: FloatArray, names: tuple[str, str], *, strict: bool = False
+) -> Pour:
+    """Return a pour with a grasp, from where the thing was lifted to (8,); names are those of the thing and the target.
+
+    Raises:
+        RefusedError: there is nothing to pour into, or the arm cannot tilt there; strict, not without spilling before.
+    """
+    what, into = names
+    moved, target = arm.scene.moved, arm.scene.target
+    if target is None:
+        raise RefusedError(f"I do not know what to pour the {what} into")
+    carrying = arm.carrying(grasp, frozenset())
+    error: ExecutionError = UnreachableError("place")
+    spilling: tuple[FloatArray, FloatArray] | None = None  # what can only be got to by leaning on the way
+    deadline = time.thread_time() + _TIME_S
+    for ahead, turn, tilt in _ways(grasp):
+        if time.thread_time() > deadline:
+            break
+        poses = motions(moved, target, ahead, turn, tilt) @ grasp.pose
+        try:
+            starts = arm.solver.solutions(poses[0], [lifted, arm.start], carrying, count=3, restarts=0)
+        except (InCollisionError, UnreachableError) as err:
+            error = err
+            continue
+        for q in starts:
+            try:
+                tilting = follow_poses(arm.solver, carrying, q, poses[1:])
+            except (InCollisionError, PlanningError) as err:
+                error = err
+                continue
+            try:
+                return Pour(carried(arm, grasp, lifted, q, strict=True), tilting)
+            except (InCollisionError, PlanningError) as err:
+                error = err
+                spilling = spilling or (q, tilting)
+    if spilling is not None and not strict:
+        q, tilting = spilling
+        return Pour(carried(arm, grasp, lifted, q), tilting)
+    _LOG.debug("no pour: %s", error)
+    raise PlanningError(f"I cannot tilt the {what} over the {into}") from error
+
+
+def _ways(grasp: Grasp) -> Iterator[tuple[FloatArray, float, float]]:
+    """Yield directions to tip the mouth to (2,), turns, tilts: rolling the hand about where it points comes first."""
+    flat = grasp.approach[:2]
+    flat = grasp.pose[:2, 2] if np.linalg.norm(flat) < 0.3 else flat / np.linalg.norm(flat)
+    roll = np.array([-flat[1], flat[0]])
+    for tilt in TILTS:
+        for turn in _TURNS:
+            for ahead in (roll, -roll):
+                yield ahead, float(turn), float(tilt)

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pushing a thing over the table: two open fingers behind it, straight on, back a little, and up again.
+
+Flat dishes go this way, whose weight no pinch of their edge can hold, and whatever is to be pushed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError, RefusedError, UnreachableError
+from uncom_tiago_exec.planning.arm_planner import ArmPlanner
+from uncom_tiago_exec.planning.plan import GripStep, Step
+from uncom_tiago_exec.scene.object_shape import thin
+from uncom_tiago_exec.scene.obstacles import on_table
+from uncom_tiago_exec.scene.scene_model import SceneModel
+from uncom_tiago_exec.skills.pick_place_steps import end_at, move
+from uncom_tiago_exec.types import FloatArray, ManipulationTask, Side, Stage
+
+_GAP = 0.07  # [m] between the fingers at most
+_SHARE = 0.55  # of the width of what is pushed: both fingers touch, and what is round stays between them
+FARTHEST = 0.45  # [m]
+_BEFORE = 0.025  # [m] free way before the fingers touch
+_ABOVE = 0.004  # [m] of the finger tips over the table
+_CLEAR = 0.012  # [m] between what is pushed and what it passes
+_TILTS = np.radians([0.0, 15.0, 30.0, 45.0, 60.0, -15.0])
+_ENOUGH = 2  # pushes of one arm that work
+_UP = (0.12, 0.08, 0.05)
+_BACK = (0.06, 0.03)  # [m] from what was pushed, which may have turned
+_OVER = 0.05  # [m] of the finger tips over what was pushed, before the arm turns away
+
+
+@dataclass(frozen=True, slots=True)
+class Push:
+    """Joint paths of a push that works: down behind the thing, along with it, and back and up."""
+
+    arm: ArmPlanner
+    down: FloatArray
+    along: FloatArray
+    up: FloatArray
+    motion: FloatArray
+    gap: float  # [m] of the fingers
+
+    def cost(self) -> float:
+        """Rough time of the free motions [s]."""
+        speed = self.arm.group.velocity
+        ends = ((self.arm.start, self.down[0]), (self.up[-1], self.arm.start))
+        return float(sum((np.abs(b - a) / speed).max() for a, b in ends))
+
+
+def _gap(scene: SceneModel) -> float:
+    return min(_GAP, _SHARE * float(scene.moved.size[1]))
+
+
+def find_pushes(
+    arms: Mapping[Side, ArmPlanner], scene: SceneModel, task: ManipulationTask, goal: FloatArray
+) -> list[Push]:
+    """Return pushes of the moved thing's middle to a place (2,) on the table, the quickest first, some of each arm.
+
+    Raises:
+        RefusedError: too far, off the table, something in between, or out of reach; the text says which.
+    """
+    what = task.object_text or scene.moved.name
+    way = goal - scene.moved.middle[:2]
+    length = float(np.linalg.norm(way))
+    if length > FARTHEST:
+        raise RefusedError(f"{length * 100:.0f} cm is too far to push the {what}")
+    if length < 0.01:
+        raise RefusedError(f"the {what} is already there")
+    _check_way(scene, task, way, what)
+    found: list[Push] = []
+    error: ExecutionError = UnreachableError(f"the {what} is out of reach of both arms to push it there")
+    for arm in arms.values():
+        enough = len(found) + _ENOUGH
+        for start, end in _hands(arm, scene, way / length, length):
+            try:
+                found.append(_push(arm, start, end, way))
+                if len(found) == enough:
+                    break
+            except UnreachableError:
+                continue
+            except (InCollisionError, PlanningError) as err:
+                error = err
+    if not found:
+        if isinstance(error, InCollisionError):
+            raise InCollisionError(f"I cannot get behind the {what} to push it there", error.contacts)
+        raise error
+    return sorted(found, key=Push.cost)
+
+
+def _check_way(scene: SceneModel, task: ManipulationTask, way: FloatArray, what: str) -> None:
+    """Refuse a push off the table or against something else."""
+    points = thin(scene.moved.points, 0.008)
+    if task.table is not None and not on_table(task.table, scene.moved.middle[:2] + way, 0.03):
+        raise RefusedError(f"the place for the {what} is not on the table")
+    others = scene.neighbours
+    low = others[others[:, 2] < scene.moved.top + 0.01, :2] if len(others) else np.zeros((0, 2))
+    if not len(low):
+        return
+    tree = cKDTree(low)
+    for share in np.linspace(0.0, 1.0, max(2, int(np.linalg.norm(way) / 0.02))):
+        distance, _ = tree.query(points[:, :2] + share * way)
+        if float(np.min(distance)) < _CLEAR and share > 0.0:
+            raise InCollisionError(f"something is in the way of the {what} over the table")
+
+
+def _hands(
+    arm: ArmPlanner, scene: SceneModel, ahead: FloatArray, length: float
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Yield poses (4, 4) of the hand before and after, the steepest first."""
+    gripper, moved = arm.group.gripper, scene.moved
+    side = np.array([-ahead[1], ahead[0]])
+    local = moved.points[:, :2] - moved.middle[:2]
+    lateral = np.abs(local @ side)
+    touched = local[np.abs(lateral - _gap(scene) / 2.0) < 0.01]
+    behind = float(-(touched @ ahead).min()) if len(touched) else float(moved.size[0]) / 2.0
+    for tilt in _TILTS:
+        for sign in (1.0, -1.0):
+            pose = np.eye(4)
+            pose[:3, 0] = [*(np.sin(tilt) * ahead), -np.cos(tilt)]
+            pose[:3, 1] = [*(sign * side), 0.0]
+            pose[:3, 2] = np.cross(pose[:3, 0], pose[:3, 1])
+            reach = gripper.half_width * float(np.cos(tilt))  # of the pads ahead of their middle
+            tips = scene.table_z + _ABOVE + gripper.half_width * abs(float(np.sin(tilt)))
+            contact = moved.middle[:2] - ahead * (behind + reach)
+            start, end = pose.copy(), pose.copy()
+            for hand, shift in ((start, -_BEFORE), (end, length)):
+                hand[:2, 3] = contact + ahead * shift
+                hand[2, 3] = tips
+                hand[:3, 3] -= gripper.tip * pose[:3, 0]
+            yield start, end
+
+
+def _push(arm: ArmPlanner, start: FloatArray, end: FloatArray, way: FloatArray) -> Push:
+    gap = _gap(arm.scene)
+    pushing = arm.pushing(gap)
+    motion = np.eye(4)
+    motion[:2, 3] = way
+    error: ExecutionError = PlanningError("no straight way to push")
+    behind = arm.reaching(gap)  # fingers only: a palm that touched what is tall would tip it over
+    touch = (end - start)[:3, 3] * (_BEFORE / np.linalg.norm((end - start)[:3, 3]))
+    for q in arm.solver.solutions(start, [arm.start], behind, count=4, restarts=0):
+        try:
+            down = arm.lift_height(behind, q, _UP)[::-1]
+            arm.straight(behind, q, touch)
+            along = arm.straight(pushing, q, end[:3, 3] - start[:3, 3])
+            return Push(arm, down, along, _out(arm, along[-1], way), motion, gap)
+        except (InCollisionError, PlanningError) as err:
+            error = err
+    raise error
+
+
+def _out(arm: ArmPlanner, q: FloatArray, way: FloatArray) -> FloatArray:
+    """Return the way of the hand back from the thing, as far as there is room, and up over it."""
+    pushing, ups = arm.pushing(_gap(arm.scene)), (max(_UP[0], arm.scene.moved.height + _OVER), *_UP)
+    back = np.append(-way / np.linalg.norm(way), 0.0)
+    for distance in _BACK:
+        try:
+            away = arm.straight(pushing, q, distance * back)
+            return np.vstack([away, arm.lift_height(pushing, away[-1], ups)[1:]])
+        except (InCollisionError, PlanningError):
+            continue
+    return arm.lift_height(pushing, q, ups)
+
+
+def pushing_steps(push: Push, *, turned: bool) -> tuple[Step, ...]:
+    """Return the steps of a push; turned, they leave room for the thing whichever way it has turned."""
+    arm, gap = push.arm, push.gap
+    free, pushing, away = arm.free(gap), arm.pushing(gap), arm.leaving(gap, push.motion, frozenset())
+    if turned:
+        away = arm.turning_away(gap, push.motion)
+    go = arm.transit(free, arm.group.clamp(arm.start), [push.down[0]])
+    back = arm.transit(away, push.up[-1], [arm.group.clamp(arm.start)])
+    return (
+        GripStep(Stage.APPROACHING, gap, detail="opening the fingers"),
+        move(arm, Stage.APPROACHING, (go, free, 1.0), "to behind the object"),
+        move(arm, Stage.APPROACHING, (push.down, arm.reaching(gap), 0.8), "straight down"),
+        move(arm, Stage.TRANSFERRING, (push.along, pushing, 0.5), "pushing"),
+        move(arm, Stage.RETREATING, (push.up, pushing, 0.9), "back and up"),
+        move(arm, Stage.HOMING, (end_at(back, arm.start), away, 1.0), "back to the start"),
+        GripStep(Stage.HOMING, arm.start_gap, detail="fingers as before"),
+    )

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""By way of the middle: what one arm cannot bring all the way is set down where the other arm takes it up."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+from uncom_perception.types import Detection
+
+from uncom_tiago_exec.scene.object_shape import smallest_rectangle
+from uncom_tiago_exec.scene.obstacles import on_table, upright
+from uncom_tiago_exec.types import FloatArray, ManipulationTask
+
+_X = tuple(0.46 + 0.03 * i for i in range(9))  # [m] of places both arms reach
+_Y = tuple(0.03 * i for i in range(-6, 7))
+_CLEAR = 0.055  # [m] from other things: a finger, and what the camera gets wrong
+_LEAST = 0.03  # [m] from other things, where nothing freer is as near
+_DEARER = 5.0  # [m] of way that a metre of lacking clearance is worth
+_APART = 0.07  # [m] between two places that are tried
+_MOST = 4
+
+
+def middle_places(task: ManipulationTask) -> list[FloatArray]:
+    """Return a few free places (2,) before the robot where the thing can stand, those halfway first."""
+    table, thing = task.table, task.object.geometry
+    if table is None or thing is None or (task.target_pose is None and task.target is None):
+        return []
+    outline = np.asarray(thing.cloud, dtype=float)[:, :2]
+    middle, _, extent = smallest_rectangle(outline)
+    radius = 0.5 * float(extent[0])  # on the table however it is turned
+    narrow = 0.5 * float(extent[1])  # beside other things in one way at least; planning finds which
+    others = [np.asarray(d.geometry.cloud, dtype=float)[:, :2] for d in _others(task) if d.geometry is not None]
+    tree = cKDTree(np.vstack(others)) if others else None
+    goal = _goal(task)
+
+    def room(place: FloatArray) -> float:
+        return float(tree.query(place)[0]) - narrow if tree is not None else np.inf
+
+    def cost(place: FloatArray) -> float:
+        way = float(np.linalg.norm(place - middle) + np.linalg.norm(place - goal))
+        return way + abs(float(place[1])) + _DEARER * max(0.0, _CLEAR - room(place))
+
+    half = 0.5 * (middle + goal)
+    places = sorted((np.array([x, y]) for x in _X for y in _Y), key=cost)
+    found: list[FloatArray] = []
+    for place in [*([half] if room(half) >= _CLEAR else []), *places]:
+        if len(found) >= _MOST:
+            break
+        if not on_table(table, place, radius + 0.02) or any(np.linalg.norm(place - p) < _APART for p in found):
+            continue
+        if np.linalg.norm(place - middle) < 0.05 or np.linalg.norm(place - goal) < 0.05 or room(place) < _LEAST:
+            continue
+        found.append(place)
+    return found
+
+
+def to_middle(task: ManipulationTask, place: FloatArray) -> ManipulationTask:
+    """Return the first half: the thing to a place (2,) on the table."""
+    height = task.table.height_m if task.table is not None else 0.0
+    pose = upright(np.array([place[0], place[1], height]), 0.0)
+    primitive = "push" if task.primitive == "push" else "place"
+    return replace(
+        task, primitive=primitive, relation="none", target=None, target_pose=pose, target_text="", scene=_all(task)
+    )
+
+
+def after_moving(task: ManipulationTask, motion: FloatArray) -> ManipulationTask:
+    """Return the second half as it will be once the thing was moved by `motion` (4, 4)."""
+    thing = task.object
+    if thing.geometry is None:
+        return task
+    cloud = np.asarray(thing.geometry.cloud, dtype=float) @ motion[:3, :3].T + motion[:3, 3]
+    geometry = replace(
+        thing.geometry,
+        centroid=cloud.mean(axis=0),
+        pose=motion @ thing.geometry.pose,
+        cloud=cloud.astype(np.asarray(thing.geometry.cloud).dtype),
+    )
+    return replace(task, object=replace(thing, geometry=geometry), scene=_others(task))
+
+
+def _goal(task: ManipulationTask) -> FloatArray:
+    if task.target_pose is not None:
+        return np.asarray(task.target_pose[:2, 3], dtype=float)
+    if task.target is not None and task.target.geometry is not None:
+        return np.asarray(task.target.geometry.centroid[:2], dtype=float)
+    return np.zeros(2)
+
+
+def _all(task: ManipulationTask) -> tuple[Detection, ...]:
+    """Return everything that was seen, the target among it."""
+    if task.target is None or any(d.id == task.target.id for d in task.scene):
+        return task.scene
+    return (*task.scene, task.target)
+
+
+def _others(task: ManipulationTask) -> tuple[Detection, ...]:
+    return tuple(d for d in _all(task) if d.id != task.object.id)
