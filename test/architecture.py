@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -68,3 +68,29 @@ def _imports(tree: ast.AST) -> Iterator[str]:
             and isinstance(node.args[0], ast.Constant)
         ):
             yield str(node.args[0].value)
+
+
+def import_graph(package: str) -> dict[str, set[str]]:
+    """Return which modules of a package import which others of it, by dotted names; imports inside functions count."""
+    found = {dotted(module): module for module in modules() if module.package == package}
+    return {
+        name: {target for target in map(found_name(found), module.imports) if target and target != name}
+        for name, module in found.items()
+    }
+
+
+def found_name(known: Mapping[str, Module]) -> Callable[[str], str]:
+    """Return what turns an imported name into that of the module it comes from, or "" if that is none of ours."""
+
+    def module_of(imported: str) -> str:
+        owner = imported.rpartition(".")[0]
+        if imported in known:
+            return imported
+        return owner if owner in known and known[owner].path.name != "__init__.py" else ""
+
+    return module_of
+
+
+def dotted(module: Module) -> str:
+    parts = module.path.relative_to(PACKAGES[module.package]).with_suffix("").parts
+    return ".".join((module.package, *(part for part in parts if part != "__init__")))
