@@ -21,6 +21,7 @@ from rclpy.action import get_action_client_names_and_types_by_node, get_action_s
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from uncom_bringup.graph.node_processes import SIX_NODES, NodeSpec
+from uncom_common.parameters import usable_values
 from uncom_common.tunables import Tunable, find_tunables
 
 REFERENCE = Path(__file__).resolve().parent / "reference"
@@ -127,7 +128,7 @@ def parameters_page(nodes: Sequence[tuple[NodeSpec, Node]]) -> str:
                 f"`{item.name}`",
                 kind_name(item),
                 f"`{default_of(item)!r}`",
-                range_of(item),
+                usable_values(item),
                 item.metadata.get("description", ""),
             )
             for item in dataclasses.fields(config)
@@ -144,17 +145,6 @@ def kind_name(item: dataclasses.Field[Any]) -> str:
 def default_of(item: dataclasses.Field[Any]) -> Any:
     """Return the default of a field."""
     return item.default_factory() if item.default_factory is not dataclasses.MISSING else item.default
-
-
-def range_of(item: dataclasses.Field[Any]) -> str:
-    """Return the values that a parameter may take, in words."""
-    choices = item.metadata.get("choices", ())
-    low, high = item.metadata.get("minimum"), item.metadata.get("maximum")
-    if choices:
-        return ", ".join(map(str, choices))
-    if low is None and high is None:
-        return ""
-    return f"at least {low:g}" if high is None else f"at most {high:g}" if low is None else f"{low:g} to {high:g}"
 
 
 def tunables_page() -> str:
