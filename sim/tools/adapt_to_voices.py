@@ -4,7 +4,7 @@
 The model was trained on people; eSpeak NG's voices sound different. This speaks sentences drawn from the language
 model's patterns with about eighty speakers in eight accents (none of those used to measure), aligns them, and moves
 means, variances and mixture weights towards what was heard. The first round aligns with the model of people, the
-others with what the round before made. The result is speech/models/synthetic_voices.npz. Run from the workspace:
+others with what the round before made. The result is synthetic_voices.npz of the recogniser. Run from the workspace:
 
     ./uncom exec python sim/tools/adapt_to_voices.py --sentences 1000 4000
 """
@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from uncom_language.speech.acoustic_model import (
+from uncom_language.speech.pocketsphinx.acoustic_model import (
     WEIGHT_STEP,
     Adaptation,
     make_adapted_model,
@@ -30,10 +30,10 @@ from uncom_language.speech.acoustic_model import (
     read_weights,
     write_adaptation,
 )
+from uncom_language.speech.pocketsphinx.pocketsphinx_recognizer import SYNTHETIC_VOICES
 from voice_corpus import MODEL, Aligned, aligned_speech, phone_names
 
 FloatArray = npt.NDArray[np.float64]
-OUTPUT = Path(__file__).parents[2] / "uncom_language" / "uncom_language" / "speech" / "models" / "synthetic_voices.npz"
 SILENT = ("SIL", "+NSN+", "+SPN+")
 # The recogniser takes the cepstral mean of the first 0.8 s; of short sound that of the whole.
 MEAN_FRAMES, MEAN_OF_BEGINNING = 80, 0.7
@@ -169,7 +169,7 @@ def main(args: list[str] | None = None) -> None:
     parser.add_argument("--weight-frames", type=float, default=50.0, help="the same for a tied state's weights")
     parser.add_argument("--keep", type=Path, help="file for the aligned speech of the last round")
     parser.add_argument("--kept", type=Path, nargs="*", default=[], help="such files, instead of speaking")
-    parser.add_argument("--out", type=Path, default=OUTPUT)
+    parser.add_argument("--out", type=Path, default=SYNTHETIC_VOICES)
     options = parser.parse_args(args)
     priors = Priors(options.mean_frames, options.variance_frames, options.weight_frames)
     found: Adaptation | None = None

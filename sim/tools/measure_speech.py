@@ -20,13 +20,15 @@ import numpy as np
 import yaml
 from rapidfuzz.distance import Levenshtein
 from uncom_language.parser import parse_transcript
-from uncom_language.parser.patience import patience_s
-from uncom_language.speech.factory import make_recognizer
-from uncom_language.speech.listener import Listener, ListenerOptions
-from uncom_language.speech.utterance_stream import EndpointerConfig
+from uncom_language.parser.end_of_turn import patience_s
+from uncom_language.speech.endpointing.endpointer import EndpointerConfig
+from uncom_language.speech.recognizer_factory import make_recognizer
+from uncom_language.speech.streaming_transcriber import Listener, ListenerOptions
 from uncom_language.types import Transcript
 
-TEST = Path(__file__).parents[2] / "uncom_language" / "test"
+ROOT = Path(__file__).parents[2]
+CORPUS = ROOT / "uncom_language" / "test" / "data" / "sentences.yaml"
+SIMULATED_SPEECH = ROOT / "sim" / "test" / "language"
 VOICES = (
     "en-us",
     "en",
@@ -49,7 +51,7 @@ QUICK_S, FULL_S = 0.18, 0.6
 
 def sentences(count: int, seed: int) -> list[str]:
     """Draw sentences of the test corpus."""
-    raw = yaml.load((TEST / "data" / "sentences.yaml").read_text(encoding="utf-8"), Loader=yaml.BaseLoader)  # noqa: S506 - all scalars as text
+    raw = yaml.load(CORPUS.read_text(encoding="utf-8"), Loader=yaml.BaseLoader)  # noqa: S506 - all scalars as text
     all_of_them = [text for kind in KINDS for text in raw[kind] if not any(word in text for word in LEFT_OUT)]
     return random.Random(seed).sample(all_of_them, min(count, len(all_of_them)))
 
@@ -95,8 +97,8 @@ def main() -> None:
     parser.add_argument("--verbose", action="store_true")
     parser.add_argument("--quick", type=float, default=QUICK_S)
     options = parser.parse_args()
-    sys.path.insert(0, str(TEST))
-    from simulated_speech import say  # noqa: PLC0415 - lies beside the tests
+    sys.path.insert(0, str(SIMULATED_SPEECH))
+    from simulated_speech import say  # noqa: PLC0415 - lies beside the tests of hearing
 
     ear = Ear(options.quick)
     ear.hear(np.zeros(RATE, np.int16))  # wait for the recogniser

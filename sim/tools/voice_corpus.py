@@ -14,9 +14,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pocketsphinx
-from uncom_language.speech.audio import SAMPLE_RATE, with_floor
-from uncom_language.speech.language_model import ModelWeights, draw_sentences
-from uncom_language.speech.pocketsphinx_recognizer import dictionary_lines, model_folder
+from uncom_language.speech.audio.samples import SAMPLE_RATE
+from uncom_language.speech.pocketsphinx.language_model import ModelWeights, draw_sentences
+from uncom_language.speech.pocketsphinx.noise_floor import with_floor
+from uncom_language.speech.pocketsphinx.pocketsphinx_recognizer import dictionary_lines, model_folder
 from uncom_sim.person.sound import recorded
 from uncom_sim.person.voice import speak
 

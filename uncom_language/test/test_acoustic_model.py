@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from uncom_language.exceptions import RecognizerError
-from uncom_language.speech.acoustic_model import (
+from uncom_language.speech.pocketsphinx.acoustic_model import (
     WEIGHT_STEP,
     Adaptation,
     make_adapted_model,
@@ -18,7 +18,7 @@ from uncom_language.speech.acoustic_model import (
     write_adaptation,
     write_weights,
 )
-from uncom_language.speech.pocketsphinx_recognizer import model_folder
+from uncom_language.speech.pocketsphinx.pocketsphinx_recognizer import model_folder
 
 MODEL = model_folder() / "en-us"
 

@@ -18,7 +18,7 @@ from uncom_language.conversions import (
 )
 from uncom_language.exceptions import LexiconError
 from uncom_language.parser import parse_transcript
-from uncom_language.speech.status import SpeechState, SpeechStatus
+from uncom_language.speech.speech_status import SpeechState, SpeechStatus
 from uncom_language.types import Act, Alternative, Command, Reference, Span, Transcript, Word
 
 SENTENCES = (

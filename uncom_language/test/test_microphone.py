@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pytest
 from uncom_language.exceptions import MicrophoneError
-from uncom_language.speech.microphone import Microphone
+from uncom_language.speech.audio.microphone import Microphone
 
 
 def test_a_microphone_that_is_not_there_is_one_clear_line():

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from uncom_language.exceptions import UnknownLanguageError
+from uncom_language.language_understanding import Understanding
 from uncom_language.parser import command_to_json, grammar_parser, parse_text, parse_transcript
 from uncom_language.parser.lexical.lexicon import load_lexicon
-from uncom_language.parser.understanding import Understanding
 from uncom_language.types import Act, Alternative, Primitive, Relation, Transcript, Word
 
 

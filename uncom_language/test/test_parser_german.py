@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import pytest
 from corpus import is_right, load
+from uncom_language.language_understanding import Understanding
 from uncom_language.parser import grammar_parser, parse_text
-from uncom_language.parser.understanding import Understanding
 from uncom_language.types import Act, Transcript, Word
 
 SENTENCES = [(kind, text, label) for kind, entries in load("german").items() for text, label in entries.items()]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from uncom_common.exceptions import InvalidConfigError
 
-from uncom_language.speech.utterance_stream import EndpointerConfig
+from uncom_language.speech.endpointing.endpointer import EndpointerConfig
 
 _END = EndpointerConfig()
 

@@ -15,7 +15,7 @@ from uncom_interfaces.msg import TranscriptAlternative as AlternativeMsg
 from uncom_interfaces.msg import Vocabulary as VocabularyMsg
 from uncom_interfaces.msg import Word as WordMsg
 from uncom_language.exceptions import LexiconError
-from uncom_language.speech.status import SpeechState, SpeechStatus
+from uncom_language.speech.speech_status import SpeechState, SpeechStatus
 from uncom_language.types import Act, Alternative, Command, Primitive, Reference, Relation, Span, Transcript, Word
 
 

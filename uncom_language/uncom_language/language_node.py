@@ -13,7 +13,7 @@ from uncom_common.conversions import seconds_from_msg
 from uncom_interfaces.msg import Command as CommandMsg
 from uncom_interfaces.msg import Transcript as TranscriptMsg
 from uncom_interfaces.msg import Vocabulary as VocabularyMsg
-from uncom_language.back_ends import understanding_of
+from uncom_language.back_end_factory import understanding_of
 from uncom_language.config import LanguageConfig
 from uncom_language.conversions import command_to_msg, transcript_from_msg
 

@@ -18,16 +18,16 @@ from uncom_common.conversions import seconds_from_msg
 from uncom_interfaces.msg import SpeechStatus as SpeechStatusMsg
 from uncom_interfaces.msg import Transcript as TranscriptMsg
 from uncom_interfaces.msg import Vocabulary as VocabularyMsg
-from uncom_language.back_ends import patience_of, recognizer_of
+from uncom_language.back_end_factory import patience_of, recognizer_of
 from uncom_language.config import SpeechConfig
 from uncom_language.conversions import speech_status_to_msg, transcript_to_msg, vocabulary_from_msg
 from uncom_language.exceptions import LanguageError, SoundFormatError
-from uncom_language.speech.audio import decode_samples
-from uncom_language.speech.factory import check_backend
-from uncom_language.speech.listener import Listener, ListenerOptions
-from uncom_language.speech.microphone import Microphone
-from uncom_language.speech.recognizer import Recognizer
-from uncom_language.speech.status import SpeechStatus
+from uncom_language.speech.audio.microphone import Microphone
+from uncom_language.speech.audio.samples import decode_samples
+from uncom_language.speech.recognition.recognizer import Recognizer
+from uncom_language.speech.recognizer_factory import check_backend
+from uncom_language.speech.speech_status import SpeechStatus
+from uncom_language.speech.streaming_transcriber import Listener, ListenerOptions
 from uncom_language.types import Transcript
 
 

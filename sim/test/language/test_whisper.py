@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from simulated_speech import say
 from uncom_common.exceptions import ModelNotFoundError
-from uncom_language.speech.factory import make_recognizer
-from uncom_language.speech.recognizer import Recognition
-from uncom_language.speech.whisper_recognizer import WhisperRecognizer, words_of_chunks
+from uncom_language.speech.recognition.recognizer import Recognition
+from uncom_language.speech.recognizer_factory import make_recognizer
+from uncom_language.speech.whisper.whisper_recognizer import WhisperRecognizer, words_of_chunks
 
 RATE = 16000
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from uncom_common.exceptions import UncomError
-from uncom_language.back_ends import recognizer_of, understanding_of
+from uncom_language.back_end_factory import recognizer_of, understanding_of
 from uncom_language.types import Act, Command, Transcript
 from uncom_perception.hands.backends import load_hand_detectors, make_gesture_reader
 from uncom_perception.hands.bridge import HandBridge

@@ -6,11 +6,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from uncom_language.back_ends import patience_of
+from uncom_language.back_end_factory import patience_of
 from uncom_language.config import SpeechConfig
-from uncom_language.speech.listener import Listener, ListenerOptions
-from uncom_language.speech.recognizer import Recognizer
-from uncom_language.speech.status import SpeechState, SpeechStatus
+from uncom_language.speech.recognition.recognizer import Recognizer
+from uncom_language.speech.speech_status import SpeechState, SpeechStatus
+from uncom_language.speech.streaming_transcriber import Listener, ListenerOptions
 from uncom_language.types import Transcript
 from uncom_perception.hands.attention import expected_after_speech, expected_after_words
 

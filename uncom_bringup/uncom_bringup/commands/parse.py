@@ -85,7 +85,7 @@ def _reader(options: argparse.Namespace) -> Callable[[str], Sequence[Command]]:
     Raises:
         BadInputError: no such language or back end, or its libraries or weights are missing.
     """
-    from uncom_language.parser.understanding import Understanding  # noqa: PLC0415
+    from uncom_language.language_understanding import Understanding  # noqa: PLC0415
 
     from uncom_language import parser  # noqa: PLC0415  (only when it runs)
 

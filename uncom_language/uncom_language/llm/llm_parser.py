@@ -12,8 +12,8 @@ from typing import Any, Protocol
 import yaml
 
 from uncom_language.exceptions import AnswerError, UnknownLanguageError
-from uncom_language.llm.reading import command_from_answer
-from uncom_language.llm.schema import answer_schema, checked
+from uncom_language.llm.answer_interpretation import command_from_answer
+from uncom_language.llm.answer_schema import answer_schema, checked
 from uncom_language.types import Act, Command, Transcript, Word
 
 PACKS = Path(__file__).parent / "packs"

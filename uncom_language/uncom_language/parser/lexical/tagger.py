@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Container, Mapping, Sequence
 
-from uncom_language.parser.lexical.joins import settle_joins
+from uncom_language.parser.lexical.conjunctions import settle_joins
 from uncom_language.parser.lexical.lexicon import Lexicon, Meaning
 from uncom_language.parser.lexical.tokens import PREMODIFIERS, Item, Token
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from uncom_language.parser.commands import grammar_parser, parse_text
+from uncom_language.parser.grammar_parser import grammar_parser, parse_text
 from uncom_language.types import Act, Command, Primitive, Reference, Relation
 
 _AT_ONCE = frozenset({Act.STOP, Act.CANCEL, Act.YES})

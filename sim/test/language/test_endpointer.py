@@ -9,8 +9,9 @@ import soxr
 from simulated_speech import say
 from uncom_common.exceptions import InvalidConfigError
 from uncom_language.exceptions import SoundFormatError
-from uncom_language.speech.audio import decode_samples, with_floor
-from uncom_language.speech.utterance_stream import EndpointerConfig, UtteranceStream
+from uncom_language.speech.audio.samples import decode_samples
+from uncom_language.speech.endpointing.endpointer import EndpointerConfig, UtteranceStream
+from uncom_language.speech.pocketsphinx.noise_floor import with_floor
 
 RATE = 16000
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from uncom_language.speech.audio import SAMPLE_RATE, Int16Array
+from uncom_language.speech.audio.samples import SAMPLE_RATE, Int16Array
 from uncom_language.types import Alternative, Word
 
 Samples = npt.NDArray[np.int16] | npt.NDArray[np.float32]

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from pocketsphinx import Vad
 from uncom_common.exceptions import InvalidConfigError
 
-from uncom_language.speech.audio import SAMPLE_RATE, FloatArray, Int16Array, StreamResampler, as_float, to_int16
+from uncom_language.speech.audio.samples import SAMPLE_RATE, FloatArray, Int16Array, StreamResampler, as_float, to_int16
 
 FRAME_S = 0.03
 _FRAME = round(FRAME_S * SAMPLE_RATE)

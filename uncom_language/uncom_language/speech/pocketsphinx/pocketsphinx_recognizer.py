@@ -18,13 +18,13 @@ import numpy as np
 import pocketsphinx
 
 from uncom_language.exceptions import RecognizerError
-from uncom_language.speech.acoustic_model import make_adapted_model, read_adaptation
-from uncom_language.speech.audio import SAMPLE_RATE, Int16Array, as_float, resample, to_int16
-from uncom_language.speech.language_model import ModelWeights, draw_sentences, make_arpa
-from uncom_language.speech.pocketsphinx_hearing import PocketSphinxHearing
-from uncom_language.speech.pronunciation import pronounce, with_accents
-from uncom_language.speech.recognizer import Hearing, Recognition, Recognizer, Samples
-from uncom_language.speech.timeline import shifted
+from uncom_language.speech.audio.samples import SAMPLE_RATE, Int16Array, as_float, resample, to_int16
+from uncom_language.speech.pocketsphinx.acoustic_model import make_adapted_model, read_adaptation
+from uncom_language.speech.pocketsphinx.language_model import ModelWeights, draw_sentences, make_arpa
+from uncom_language.speech.pocketsphinx.pronunciation import pronounce, with_accents
+from uncom_language.speech.pocketsphinx.utterance_decoder import PocketSphinxHearing
+from uncom_language.speech.recognition.recognizer import Hearing, Recognition, Recognizer, Samples
+from uncom_language.speech.recognition.timestamps import shifted
 
 _LOG = logging.getLogger(__name__)
 _LONGEST_S = 30.0
@@ -32,7 +32,7 @@ _PIECE = SAMPLE_RATE // 20
 # How likely a word that is learnt at run time is, in shares of the mean word of the model.
 _NEW_WORD_WEIGHT = 20.0
 # Made by sim/tools/adapt_to_voices.py: how the model changes for synthesised voices.
-_SYNTHETIC_VOICES = Path(__file__).parent / "models" / "synthetic_voices.npz"
+SYNTHETIC_VOICES = Path(__file__).parent / "models" / "synthetic_voices.npz"
 
 _BEAMS = {
     "beam": "beam",
@@ -149,7 +149,7 @@ class PocketSphinxRecognizer(Recognizer):
             accented = {word for sentence in self._sentences for word in sentence}
             dictionary.write_text("".join(dictionary_lines(vocabulary, accented)), encoding="utf-8")
             plain = model_folder() / "en-us"
-            adapted = make_adapted_model(plain, read_adaptation(_SYNTHETIC_VOICES), Path(folder))
+            adapted = make_adapted_model(plain, read_adaptation(SYNTHETIC_VOICES), Path(folder))
             wide = {name: getattr(self._weights, field) for name, field in _BEAMS.items()}
             decoders = (
                 self._make_decoder(plain, model, dictionary),

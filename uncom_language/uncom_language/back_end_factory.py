@@ -7,10 +7,10 @@ from collections.abc import Callable
 from functools import partial
 
 from uncom_language.config import LanguageConfig, SpeechConfig
-from uncom_language.parser.patience import patience_s
-from uncom_language.parser.understanding import Understanding
-from uncom_language.speech.factory import make_recognizer
-from uncom_language.speech.recognizer import Recognizer
+from uncom_language.language_understanding import Understanding
+from uncom_language.parser.end_of_turn import patience_s
+from uncom_language.speech.recognition.recognizer import Recognizer
+from uncom_language.speech.recognizer_factory import make_recognizer
 
 
 def recognizer_of(config: SpeechConfig) -> Recognizer:

@@ -13,8 +13,8 @@ from uncom_language.parser.lexical.lexicon import Lexicon
 from uncom_language.parser.lexical.tokens import Token
 from uncom_language.parser.syntax.clause import NEEDS_TARGET, Clause
 from uncom_language.parser.syntax.grammar import NotInGrammarError, Tree, children
-from uncom_language.parser.syntax.places import SUPPORTING, Place, Timing, attach
-from uncom_language.parser.syntax.references import ReferenceBuilder, tokens_of
+from uncom_language.parser.syntax.locative_phrases import SUPPORTING, Place, Timing, attach
+from uncom_language.parser.syntax.reference_builder import ReferenceBuilder, tokens_of
 from uncom_language.types import Reference, Relation, Span
 
 # These verbs never take a place to go to: what follows tells which thing is meant.

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from uncom_language.speech.audio import SAMPLE_RATE, Int16Array
+from uncom_language.speech.audio.samples import SAMPLE_RATE, Int16Array
 from uncom_language.types import Word
 
 _FRAME = SAMPLE_RATE // 50

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from uncom_language.speech.recognizer import Recognition, Recognizer
+from uncom_language.speech.recognition.recognizer import Recognition, Recognizer
 from uncom_language.types import Transcript, Word
 
 

@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from uncom_language.speech.alternatives import Hypothesis, make_alternatives, with_confidences
-from uncom_language.speech.audio import SAMPLE_RATE, Int16Array, missing_floor, with_floor
-from uncom_language.speech.plausibility import why_not_speech
-from uncom_language.speech.recognizer import Hearing, Recognition
+from uncom_language.speech.audio.samples import SAMPLE_RATE, Int16Array
+from uncom_language.speech.pocketsphinx.n_best import Hypothesis, make_alternatives, with_confidences
+from uncom_language.speech.pocketsphinx.noise_floor import missing_floor, with_floor
+from uncom_language.speech.recognition.recognizer import Hearing, Recognition
+from uncom_language.speech.recognition.utterance_verification import why_not_speech
 from uncom_language.types import Word
 
 _FRAME_S = 0.01

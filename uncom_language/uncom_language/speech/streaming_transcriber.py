@@ -15,11 +15,11 @@ import numpy.typing as npt
 from uncom_common.exceptions import UncomError
 
 from uncom_language.exceptions import LanguageError
-from uncom_language.speech.audio import FloatArray, StreamResampler, as_float
-from uncom_language.speech.recognizer import Hearing, Recognizer
-from uncom_language.speech.status import SpeechState, SpeechStatus
-from uncom_language.speech.timeline import shifted_transcript
-from uncom_language.speech.utterance_stream import Ended, EndpointerConfig, Heard, Opened, UtteranceStream
+from uncom_language.speech.audio.samples import FloatArray, StreamResampler, as_float
+from uncom_language.speech.endpointing.endpointer import Ended, EndpointerConfig, Heard, Opened, UtteranceStream
+from uncom_language.speech.recognition.recognizer import Hearing, Recognizer
+from uncom_language.speech.recognition.timestamps import shifted_transcript
+from uncom_language.speech.speech_status import SpeechState, SpeechStatus
 from uncom_language.types import Transcript
 
 _LOG = logging.getLogger(__name__)

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from simulated_speech import say
 from uncom_language.exceptions import RecognizerError, SoundFormatError
-from uncom_language.parser.patience import patience_s
+from uncom_language.parser.end_of_turn import patience_s
 from uncom_language.speech import make_recognizer
-from uncom_language.speech.listener import Listener, ListenerOptions
-from uncom_language.speech.pocketsphinx_recognizer import PocketSphinxRecognizer
-from uncom_language.speech.utterance_stream import EndpointerConfig
+from uncom_language.speech.endpointing.endpointer import EndpointerConfig
+from uncom_language.speech.pocketsphinx.pocketsphinx_recognizer import PocketSphinxRecognizer
+from uncom_language.speech.streaming_transcriber import Listener, ListenerOptions
 
 RATE = 16000
 QUICK_S, FULL_S = 0.18, 0.6

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import pytest
+from uncom_language.language_understanding import Understanding
 from uncom_language.parser import parse_text
-from uncom_language.parser.lexical.word_repair import find_repair, repaired
-from uncom_language.parser.understanding import Understanding
+from uncom_language.parser.lexical.asr_error_correction import find_repair, repaired
 from uncom_language.types import Alternative, Transcript, Word
 
 

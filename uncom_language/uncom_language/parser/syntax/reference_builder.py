@@ -13,7 +13,7 @@ import lark
 from uncom_language.parser.lexical.lexicon import Lexicon
 from uncom_language.parser.lexical.tokens import Token
 from uncom_language.parser.syntax.grammar import NotInGrammarError, Tree, children
-from uncom_language.parser.syntax.places import Place, Timing
+from uncom_language.parser.syntax.locative_phrases import Place, Timing
 from uncom_language.types import Reference
 
 _LEADING = frozenset({"DETERMINER", "DEICTIC", "SAME"})

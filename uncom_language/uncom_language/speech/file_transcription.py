@@ -7,10 +7,11 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
-from uncom_language.speech.audio import SAMPLE_RATE, read_sound
-from uncom_language.speech.factory import make_recognizer
-from uncom_language.speech.timeline import shifted_transcript
-from uncom_language.speech.utterance_stream import UtteranceStream
+from uncom_language.speech.audio.samples import SAMPLE_RATE
+from uncom_language.speech.audio.sound_files import read_sound
+from uncom_language.speech.endpointing.endpointer import UtteranceStream
+from uncom_language.speech.recognition.timestamps import shifted_transcript
+from uncom_language.speech.recognizer_factory import make_recognizer
 from uncom_language.types import Transcript, Word
 
 

@@ -9,7 +9,7 @@ from functools import cache
 
 import lark
 
-from uncom_language.parser.acts import ActReader
+from uncom_language.parser.dialogue_acts import ActReader
 from uncom_language.parser.discourse import Utterance, combine
 from uncom_language.parser.lexical.lexicon import Lexicon, load_lexicon
 from uncom_language.parser.lexical.tagger import (
@@ -20,12 +20,12 @@ from uncom_language.parser.lexical.tagger import (
     without_stutter,
 )
 from uncom_language.parser.lexical.tokens import Item, Token
-from uncom_language.parser.syntax import repair
+from uncom_language.parser.syntax import self_repair as repair
 from uncom_language.parser.syntax.clause import Clause
-from uncom_language.parser.syntax.clauses import ClauseReader
+from uncom_language.parser.syntax.clause_reader import ClauseReader
 from uncom_language.parser.syntax.grammar import NotInGrammarError, Tree, children, load_grammar, parse_tokens
-from uncom_language.parser.syntax.places import Timing
-from uncom_language.parser.syntax.supports import on_support
+from uncom_language.parser.syntax.locative_phrases import Timing
+from uncom_language.parser.syntax.support_surfaces import on_support
 from uncom_language.types import Act, Command, Primitive, Relation, Span, Transcript, Word
 
 BACKEND = "grammar"

@@ -12,9 +12,9 @@ import numpy as np
 from uncom_common.full_models import load_pretrained, pick_device, require, weights_format
 
 from uncom_language.exceptions import RecognizerError
-from uncom_language.speech.audio import SAMPLE_RATE, FloatArray, as_float, resample, to_int16
-from uncom_language.speech.plausibility import why_not_speech
-from uncom_language.speech.recognizer import Recognition, Recognizer, Samples
+from uncom_language.speech.audio.samples import SAMPLE_RATE, FloatArray, as_float, resample, to_int16
+from uncom_language.speech.recognition.recognizer import Recognition, Recognizer, Samples
+from uncom_language.speech.recognition.utterance_verification import why_not_speech
 from uncom_language.types import Alternative, Word
 
 DEFAULT_MODEL = "openai/whisper-large-v3-turbo"

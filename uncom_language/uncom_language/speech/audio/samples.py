@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Samples: formats, channels, sample rates, sound files."""
+"""Sample formats, channels and sample rates."""
 
 from __future__ import annotations
-
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import soxr
 
-from uncom_language.exceptions import SoundFileError, SoundFormatError
+from uncom_language.exceptions import SoundFormatError
 
-SAMPLE_RATE = 16000  # [Hz] of everything after this file
+SAMPLE_RATE = 16000  # [Hz] of all sound behind this module
 
 Int16Array = npt.NDArray[np.int16]
 FloatArray = npt.NDArray[np.float32]
@@ -76,31 +74,6 @@ def resample(samples: FloatArray, sample_rate: int) -> FloatArray:
     return np.asarray(soxr.resample(samples, sample_rate, SAMPLE_RATE), dtype=np.float32)
 
 
-def missing_floor(samples: Int16Array, snr_db: float = 32.0) -> float:
-    """Return the power of the noise that sound (N,) lacks to have a background `snr_db` below its speech; 0 if none."""
-    frame = SAMPLE_RATE // 50
-    usable = samples[: samples.size - samples.size % frame].astype(np.float64).reshape(-1, frame)
-    if usable.shape[0] < 3:
-        return 0.0
-    power = np.mean(usable**2, axis=1)
-    speech = float(np.mean(power[power >= np.percentile(power, 60)]))
-    background = float(np.percentile(power, 10))
-    return max(0.0, speech / float(10.0 ** (snr_db / 10.0)) - background)
-
-
-def with_floor(samples: Int16Array, snr_db: float = 32.0) -> Int16Array:
-    """Return sound (N,) with white noise `snr_db` below its speech, unless its own background is louder.
-
-    Cepstral mean normalisation expects the background of a microphone; the perfect silence between synthesised or
-    gated words would distort it (measured: without it every second word of clean synthetic speech is lost).
-    """
-    missing = missing_floor(samples, snr_db)
-    if missing <= 0.0:
-        return samples
-    noise = np.random.default_rng(0).standard_normal(samples.size) * np.sqrt(missing)
-    return np.asarray(np.clip(np.rint(samples + noise), -32768, 32767), dtype=np.int16)
-
-
 class StreamResampler:
     """Resamples a stream chunk by chunk; the sum is the same whatever the chunks' sizes."""
 
@@ -131,53 +104,3 @@ class StreamResampler:
         if self._stream is None:
             return samples
         return np.asarray(self._stream.resample_chunk(samples), dtype=np.float32)
-
-
-def read_sound(path: str | Path) -> FloatArray:
-    """Read a sound or video file (WAV, FLAC, OGG, MP3, MP4 and whatever FFmpeg reads) as mono 16 kHz (N,).
-
-    Raises:
-        SoundFileError: missing, unreadable, without sound, or empty.
-    """
-    file = Path(path)
-    if not file.exists():
-        raise SoundFileError(file, "there is no such file")
-    if file.is_dir():
-        raise SoundFileError(file, "it is a folder")
-    if file.stat().st_size == 0:
-        raise SoundFileError(file, "the file is empty")
-    samples = _read_plain(file)
-    if samples is None:
-        samples = _read_container(file)
-    if samples.size == 0:
-        raise SoundFileError(file, "it holds no sound")
-    return samples
-
-
-def _read_plain(file: Path) -> FloatArray | None:
-    """Read a file that libsndfile knows, None if it does not."""
-    import soundfile  # noqa: PLC0415 - only files need it
-
-    try:
-        frames, rate = soundfile.read(str(file), dtype="float32", always_2d=True)
-    except (soundfile.LibsndfileError, RuntimeError):
-        return None
-    return resample(as_float(frames), int(rate))
-
-
-def _read_container(file: Path) -> FloatArray:
-    """Read the first audio track of a container."""
-    import av  # noqa: PLC0415 - only films need it
-
-    pieces: list[FloatArray] = []
-    try:
-        with av.open(str(file)) as container:
-            if not container.streams.audio:
-                raise SoundFileError(file, "it has no audio track")
-            resampler = av.AudioResampler(format="flt", layout="mono", rate=SAMPLE_RATE)
-            for frame in container.decode(audio=0):
-                pieces.extend(made.to_ndarray()[0] for made in resampler.resample(frame))
-            pieces.extend(made.to_ndarray()[0] for made in resampler.resample(None))
-    except (av.FFmpegError, ValueError) as error:
-        raise SoundFileError(file, "its format is not known or it is damaged") from error
-    return np.concatenate(pieces).astype(np.float32) if pieces else np.zeros(0, np.float32)

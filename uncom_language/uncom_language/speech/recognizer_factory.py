@@ -8,9 +8,9 @@ from functools import cache
 from uncom_common.full_models import require
 
 from uncom_language.exceptions import UnknownBackendError, UnknownLanguageError
-from uncom_language.speech.pocketsphinx_recognizer import PocketSphinxRecognizer
-from uncom_language.speech.recognizer import Recognizer
-from uncom_language.speech.whisper_recognizer import DEFAULT_MODEL, WhisperRecognizer
+from uncom_language.speech.pocketsphinx.pocketsphinx_recognizer import PocketSphinxRecognizer
+from uncom_language.speech.recognition.recognizer import Recognizer
+from uncom_language.speech.whisper.whisper_recognizer import DEFAULT_MODEL, WhisperRecognizer
 
 BACKENDS = ("pocketsphinx", "whisper")
 # The default recogniser's acoustic models are English; Whisper knows some hundred languages by their tags.

@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from uncom_language.exceptions import AnswerError, UnknownBackendError
+from uncom_language.llm.answer_interpretation import gist
 from uncom_language.llm.chat_model import DEFAULT_MODEL, ChatModel
 from uncom_language.llm.llm_parser import Answering, LlmParser
-from uncom_language.llm.reading import gist
-from uncom_language.parser.commands import BACKEND, GrammarParser, grammar_parser, parse_transcript
+from uncom_language.parser.grammar_parser import BACKEND, GrammarParser, grammar_parser, parse_transcript
+from uncom_language.parser.lexical.asr_error_correction import repaired
 from uncom_language.parser.lexical.translation import in_detector_words
-from uncom_language.parser.lexical.word_repair import repaired
 from uncom_language.types import Act, Alternative, Command, Transcript
 
 BACKENDS = (BACKEND, "phi", "both")
