@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from uncom_common.primitive import Primitive
 from uncom_perception.types import Box, Detection, Geometry
 from uncom_reasoner.types import GroundedCommand, GroundedTarget, Status, TargetKind
 from uncom_sim.bench_understanding.judging.statistics import quantile, wilson
@@ -32,7 +33,7 @@ STATES = tuple(state(thing) for thing in (LEMON, BOWL, MUG))
 
 def plan(meaning):
     scene = Scene(objects=(LEMON, BOWL, MUG), say="put the lemon in the bowl", meaning=meaning)
-    return TakePlan(1, 0, 0, scene, ("put_in", "put_on", "place"), Conditions(), 1)
+    return TakePlan(1, 0, 0, scene, (Primitive.PUT_IN, Primitive.PUT_ON, Primitive.PLACE), Conditions(), 1)
 
 
 def seen(x, y):
@@ -42,7 +43,7 @@ def seen(x, y):
     return Detection("thing_1", "lemon", 1.0, Box(0, 0, 1, 1), np.zeros((2, 2), bool), geometry)
 
 
-def grounded(thing=(0.58, -0.2), target=(0.62, 0.15), place=None, primitive="put_in", relation="in"):
+def grounded(thing=(0.58, -0.2), target=(0.62, 0.15), place=None, primitive=Primitive.PUT_IN, relation="in"):
     if place is not None:
         pose = np.eye(4)
         pose[:3, 3] = (*place, 0.72)
@@ -68,7 +69,7 @@ def test_object_action_and_target_as_meant_are_right():
         (grounded(thing=(0.75, 0.35)), "took clutter_1"),
         (grounded(thing=(0.5, 0.0)), "took nothing"),
         (grounded(target=(0.75, 0.35)), "chose clutter_1"),
-        (grounded(primitive="pour"), "would pour it"),
+        (grounded(primitive=Primitive.POUR), "would pour it"),
         (grounded(relation="on"), "understood 'on'"),
         (grounded(place=(0.62, 0.0), relation="next_to"), "a place on the table"),
     ],

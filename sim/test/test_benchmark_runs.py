@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 from uncom_bringup.monitor import run_record as kinds
 from uncom_bringup.ros.understand_recording import understand_in_process
+from uncom_common.conversions import primitive_to_msg
 from uncom_sim.bench_understanding import run as benchmark
 from uncom_sim.bench_understanding.judging.outcome import Outcome
 from uncom_sim.bench_understanding.pool import in_workers, run_take
@@ -62,7 +63,7 @@ def assert_same_answer(worker, plan, tmp_path):
         return
     own = first.decision.grounded
     assert (nodes["status"], nodes["primitive"], nodes["relation"]) == (
-        own.status.value, own.primitive, own.relation,
+        own.status.value, primitive_to_msg(own.primitive), own.relation,
     ), plan.name  # fmt: skip
     assert nodes["object_probability"] == pytest.approx(own.object_probability, abs=1e-4), plan.name
     assert nodes["target_probability"] == pytest.approx(own.target_probability, abs=1e-4), plan.name

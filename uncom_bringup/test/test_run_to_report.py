@@ -50,7 +50,7 @@ def command(act=0, **fields):
         "act": act,
         "text": " ".join(WORDS),
         "action_text": "put",
-        "primitive": "put_in",
+        "primitive": kinds.PRIMITIVE_NAMES.index("put_in"),
         "relation": "in",
         "object__present": True,
         "object__text": "lemon",
@@ -263,6 +263,7 @@ def test_no_number_that_json_cannot_hold_gets_out():
     ("kind", "names", "constants"),
     [
         ("Command", kinds.ACT_NAMES, "ACT_{}"),
+        ("Command", kinds.PRIMITIVE_NAMES, "PRIMITIVE_{}"),
         ("GroundedCommand", kinds.STATUS_NAMES, "{}"),
     ],
 )

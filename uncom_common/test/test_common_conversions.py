@@ -4,10 +4,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import Image
 from uncom_common.camera import PinholeCamera
-from uncom_common.exceptions import ImageFormatError
+from uncom_common.exceptions import ImageFormatError, UnknownPrimitiveError
+from uncom_common.primitive import Primitive
 from uncom_common.transforms import StampedTransform, matrix_from_pose
 
 from uncom_common import conversions as c
+from uncom_interfaces.msg import Command
 
 HEADER = c.header_to_msg(12.25, "camera")
 
@@ -67,3 +69,21 @@ def test_cloud_survives_the_round_trip_also_when_empty():
     points = np.random.default_rng(3).normal(size=(7, 3)).astype(np.float32)
     assert (c.cloud_from_msg(c.cloud_to_msg(points, HEADER)) == points).all()
     assert c.cloud_from_msg(c.cloud_to_msg(np.zeros((0, 3)), HEADER)).shape == (0, 3)
+
+
+@pytest.mark.parametrize("primitive", Primitive)
+def test_a_primitive_survives_the_round_trip(primitive):
+    assert c.primitive_from_msg(c.primitive_to_msg(primitive)) is primitive
+
+
+def test_the_constants_of_the_message_are_the_primitives():
+    constants = {name for name in dir(type(Command)) if name.startswith("PRIMITIVE_")}
+    constants -= {name for name in constants if not isinstance(getattr(Command, name), int)}
+    assert constants == {f"PRIMITIVE_{primitive.name}" for primitive in Primitive}
+    assert len({getattr(Command, name) for name in constants}) == len(Primitive)
+    assert c.primitive_from_msg(Command().primitive) is Primitive.NONE
+
+
+def test_a_number_that_stands_for_no_primitive_is_refused():
+    with pytest.raises(UnknownPrimitiveError, match="primitive 200 is not one of 0 NONE, 1 PUT_IN"):
+        c.primitive_from_msg(200)

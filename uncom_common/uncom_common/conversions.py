@@ -14,7 +14,8 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import Header
 
 from uncom_common.camera import PinholeCamera
-from uncom_common.exceptions import ImageFormatError
+from uncom_common.exceptions import ImageFormatError, UnknownPrimitiveError
+from uncom_common.primitive import Primitive
 from uncom_common.transforms import (
     FloatArray,
     StampedTransform,
@@ -22,6 +23,10 @@ from uncom_common.transforms import (
     matrix_from_pose,
     pose_from_matrix,
 )
+from uncom_interfaces.msg import Command
+
+_PRIMITIVE_NUMBERS = {p: int(getattr(Command, f"PRIMITIVE_{p.name}")) for p in Primitive}
+_PRIMITIVES = {number: primitive for primitive, number in _PRIMITIVE_NUMBERS.items()}
 
 
 def seconds_from_msg(msg: Time | Duration) -> float:
@@ -204,3 +209,19 @@ def cloud_to_msg(points: npt.ArrayLike, header: Header) -> PointCloud2:
     msg.row_step = 12 * len(data)
     msg.data = data.tobytes()
     return msg
+
+
+def primitive_to_msg(primitive: Primitive) -> int:
+    """Write a primitive as the constant of Command.msg that has its name."""
+    return _PRIMITIVE_NUMBERS[primitive]
+
+
+def primitive_from_msg(number: int) -> Primitive:
+    """Read a constant PRIMITIVE_... of Command.msg.
+
+    Raises:
+        UnknownPrimitiveError: it is none of them.
+    """
+    if number not in _PRIMITIVES:
+        raise UnknownPrimitiveError(number, (f"{n} {p.name}" for n, p in sorted(_PRIMITIVES.items())))
+    return _PRIMITIVES[number]

@@ -37,6 +37,15 @@ class ImageFormatError(UncomError, ValueError):
     """An image has an encoding or a size that cannot be read."""
 
 
+class UnknownPrimitiveError(UncomError, ValueError):
+    """A message holds a number that stands for no primitive."""
+
+    def __init__(self, number: int, known: Iterable[str]) -> None:
+        """Keep the number; list the known ones, each as "number name"."""
+        self.number = number
+        super().__init__(f"primitive {number} is not one of {', '.join(known)}")
+
+
 class NotInstalledError(UncomError, ImportError):
     """An optional library is missing."""
 

@@ -7,12 +7,13 @@ import json
 
 import pytest
 from uncom_common.exceptions import ModelNotFoundError
+from uncom_common.primitive import Primitive
 from uncom_language.exceptions import AnswerError, UnknownBackendError, UnknownLanguageError
 from uncom_language.language_understanding import Understanding
 from uncom_language.llm.answer_schema import answer_schema, checked
 from uncom_language.llm.chat_model import ChatModel
 from uncom_language.llm.llm_parser import LlmParser, transcription
-from uncom_language.types import Act, Primitive, Relation, Transcript, Word
+from uncom_language.types import Act, Relation, Transcript, Word
 
 
 def heard(text):

@@ -6,11 +6,12 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from uncom_common.primitive import Primitive
 from uncom_language.exceptions import UnknownLanguageError
 from uncom_language.language_understanding import Understanding
 from uncom_language.parser import command_to_json, grammar_parser, parse_text, parse_transcript
 from uncom_language.parser.lexical.lexicon import load_lexicon
-from uncom_language.types import Act, Alternative, Primitive, Relation, Transcript, Word
+from uncom_language.types import Act, Alternative, Relation, Transcript, Word
 
 
 def heard(text, start=10.0, step=0.5):

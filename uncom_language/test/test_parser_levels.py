@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import pytest
 from corpus import summary
+from uncom_common.primitive import Primitive
 from uncom_language.parser import parse_text, sentence_to_json
-from uncom_language.types import Act, Primitive, Relation
+from uncom_language.types import Act, Relation
 
 # level: sentence, primitive, object (text, deictic, relation or comparison, with what), relation, target text
 LEVELS = {

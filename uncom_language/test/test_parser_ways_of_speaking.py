@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import pytest
+from uncom_common.primitive import Primitive
 from uncom_language.parser import parse_text
-from uncom_language.types import Act, Primitive, Relation
+from uncom_language.types import Act, Relation
 
 
 @pytest.mark.parametrize("text", ["throw away the banana", "throw this can away", "get rid of the lemon"])

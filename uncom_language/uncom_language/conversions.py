@@ -5,7 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from uncom_common.conversions import header_to_msg, seconds_from_msg, time_to_msg
+from uncom_common.conversions import (
+    header_to_msg,
+    primitive_from_msg,
+    primitive_to_msg,
+    seconds_from_msg,
+    time_to_msg,
+)
 
 from uncom_interfaces.msg import Command as CommandMsg
 from uncom_interfaces.msg import Reference as ReferenceMsg
@@ -16,7 +22,7 @@ from uncom_interfaces.msg import Vocabulary as VocabularyMsg
 from uncom_interfaces.msg import Word as WordMsg
 from uncom_language.exceptions import LexiconError
 from uncom_language.speech.speech_status import SpeechState, SpeechStatus
-from uncom_language.types import Act, Alternative, Command, Primitive, Reference, Relation, Span, Transcript, Word
+from uncom_language.types import Act, Alternative, Command, Reference, Relation, Span, Transcript, Word
 
 
 def word_to_msg(word: Word) -> WordMsg:
@@ -153,7 +159,7 @@ def command_to_msg(command: Command, stamp_s: float) -> CommandMsg:
         reason=command.reason,
         text=command.text,
         action_text=command.action_text,
-        primitive=command.primitive.value,
+        primitive=primitive_to_msg(command.primitive),
         action_start=time_to_msg(action.start_s),
         action_end=time_to_msg(action.end_s),
         object=reference_to_msg(command.object, anchors),
@@ -169,7 +175,11 @@ def command_to_msg(command: Command, stamp_s: float) -> CommandMsg:
 
 
 def command_from_msg(msg: CommandMsg) -> Command:
-    """Read a command."""
+    """Read a command.
+
+    Raises:
+        ValueError: act, primitive or relation is not one that is known.
+    """
     anchors = list(msg.anchors)
     span = Span(seconds_from_msg(msg.action_start), seconds_from_msg(msg.action_end))
     return Command(
@@ -177,7 +187,7 @@ def command_from_msg(msg: CommandMsg) -> Command:
         act=Act(msg.act),
         text=msg.text,
         action_text=msg.action_text,
-        primitive=Primitive(msg.primitive or "none"),
+        primitive=primitive_from_msg(msg.primitive),
         action_span=span if msg.action_text else None,
         object=reference_from_msg(msg.object, anchors),
         target=reference_from_msg(msg.target, anchors),

@@ -6,6 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 
+from uncom_common.primitive import Primitive
+
 
 @dataclass(frozen=True, slots=True)
 class Word:
@@ -59,21 +61,6 @@ class Act(IntEnum):
     CANCEL = 6
     FRAGMENT = 7  # a thing or place without a verb: answers a question
     CORRECTION = 8  # amends the last command; only the changed parts are present
-
-
-class Primitive(str, Enum):
-    """What the robot is asked to do with the object."""
-
-    PUT_IN = "put_in"
-    PUT_ON = "put_on"
-    PLACE = "place"
-    STACK = "stack"
-    POUR = "pour"
-    PUSH = "push"
-    PICK = "pick"
-    GIVE = "give"
-    POINT = "point"
-    NONE = "none"
 
 
 class Relation(str, Enum):

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from uncom_common.camera import PinholeCamera
+from uncom_common.primitive import Primitive
 from uncom_common.transforms import apply, invert
-from uncom_language.types import Act, Command, Primitive, Reference, Relation, Span
+from uncom_language.types import Act, Command, Reference, Relation, Span
 from uncom_perception.types import (
     Box,
     Detection,

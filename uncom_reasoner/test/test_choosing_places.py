@@ -12,7 +12,8 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from reasoner_scenes import SIZES, TABLE_Z, VIEW, Thing, command, evidence, pointing, reference, table
 from shapely.geometry import Polygon
-from uncom_language.types import Primitive, Relation
+from uncom_common.primitive import Primitive
+from uncom_language.types import Relation
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.grounding.ground import ground
 from uncom_reasoner.posterior.context import context_of

@@ -17,7 +17,8 @@ from reasoner_scenes import (
     pointing,
     reference,
 )
-from uncom_language.types import Primitive, Relation, Span
+from uncom_common.primitive import Primitive
+from uncom_language.types import Relation, Span
 from uncom_reasoner.detector_phrases import any_will_do, detector_phrase, phrases_of
 from uncom_reasoner.grounding.ground import ground
 from uncom_reasoner.pointing.ray_fusion import dwells_of, observe, phrase_ray

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from reasoner_scenes import TABLE_Z, Thing, command, evidence, pointing, reference
 from shapely.geometry import Point
-from uncom_language.types import Primitive, Relation
+from uncom_common.primitive import Primitive
+from uncom_language.types import Relation
 from uncom_perception.types import Attribute
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.grounding.ground import ground, ground_parts

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from reasoner_scenes import POSE, TABLE_Z, Thing, command, evidence, pointing, reference
-from uncom_language.types import Act, Command, Primitive, Relation
+from uncom_common.primitive import Primitive
+from uncom_language.types import Act, Command, Relation
 from uncom_perception.types import Attribute
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.detector_phrases import phrases_of

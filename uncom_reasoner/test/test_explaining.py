@@ -11,7 +11,8 @@ import pytest
 from geometry_msgs.msg import Polygon
 from reasoner_scenes import CAMERA, TABLE_Z, VIEW, Thing, command, evidence, pixels, pointing, reference
 from std_msgs.msg import Header
-from uncom_language.types import Primitive, Relation
+from uncom_common.primitive import Primitive
+from uncom_language.types import Relation
 from uncom_perception.types import Attribute
 from uncom_reasoner.conversions import (
     explanation_from_msg,

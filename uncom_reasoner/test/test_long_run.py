@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from reasoner_scenes import POSE, TABLE_Z, Thing, command, evidence, pointing, reference
-from uncom_language.types import Act, Command, Primitive, Relation
+from uncom_common.primitive import Primitive
+from uncom_language.types import Act, Command, Relation
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.dialogue.conversation import Conversation
 from uncom_reasoner.pointing.ray_fusion import observe

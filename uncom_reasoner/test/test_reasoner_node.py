@@ -363,7 +363,7 @@ def test_a_command_without_any_times_or_parts_stalls_nothing(context):
     with Graph(context) as world:
         world.look()
         world.command.publish(CommandMsg(utterance_id="x", act=CommandMsg.ACT_COMMAND))
-        world.command.publish(CommandMsg(utterance_id="y", act=200, primitive="fly"))
+        world.command.publish(CommandMsg(utterance_id="y", act=200, primitive=200))
         assert world.wait("/uncom/grounded_command").status == GroundedCommand.FAILED
         world.say(lemon_to_bowl(world.start_s))
         assert world.wait("/uncom/grounded_command", 2).status == GroundedCommand.GROUNDED

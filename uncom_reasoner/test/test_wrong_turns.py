@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from reasoner_scenes import CAMERA, POSE, SIZES, TABLE_Z, Thing, command, evidence, pixels, pointing, reference
-from uncom_language.types import Primitive, Relation
+from uncom_common.primitive import Primitive
+from uncom_language.types import Relation
 from uncom_reasoner.config import PlacingConfig, ReasonerConfig
 from uncom_reasoner.dialogue.conversation import Conversation
 from uncom_reasoner.evidence.sensor_memory import Senses

@@ -12,6 +12,8 @@ from uncom_common.conversions import (
     header_to_msg,
     matrix_from_pose_msg,
     pose_to_msg,
+    primitive_from_msg,
+    primitive_to_msg,
     seconds_from_msg,
     time_to_msg,
 )
@@ -97,7 +99,7 @@ def grounded_command_to_msg(grounded: GroundedCommand) -> GroundedCommandMsg:
         object_text=grounded.object_text,
         action_text=grounded.action_text,
         target_text=grounded.target_text,
-        primitive=grounded.primitive,
+        primitive=primitive_to_msg(grounded.primitive),
         relation=grounded.relation,
         object_probability=float(grounded.object_probability),
         target=target_to_msg(grounded.target, header),
@@ -123,6 +125,7 @@ def grounded_command_from_msg(msg: GroundedCommandMsg) -> GroundedCommand:
 
     Raises:
         InvalidGroundingError: status or kind of target is not one of the constants.
+        UnknownPrimitiveError: the primitive is not one of the constants.
     """
     return GroundedCommand(
         stamp_s=seconds_from_msg(msg.header.stamp),
@@ -134,7 +137,7 @@ def grounded_command_from_msg(msg: GroundedCommandMsg) -> GroundedCommand:
         object_text=msg.object_text,
         action_text=msg.action_text,
         target_text=msg.target_text,
-        primitive=msg.primitive,
+        primitive=primitive_from_msg(msg.primitive),
         relation=msg.relation,
         object=detection_from_msg(msg.object) if msg.object.id else None,
         object_probability=float(msg.object_probability),

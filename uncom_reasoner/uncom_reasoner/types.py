@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from shapely.geometry import Polygon
 from uncom_common.camera import PinholeCamera
+from uncom_common.primitive import Primitive
 from uncom_language.types import Command
 from uncom_perception.types import Box, Detection, Scene, TableSurface
 
@@ -221,7 +222,7 @@ class GroundedCommand:
     object_text: str = ""
     action_text: str = ""
     target_text: str = ""
-    primitive: str = "none"
+    primitive: Primitive = Primitive.NONE
     relation: str = "none"
     object: Detection | None = None
     object_probability: float = 0.0

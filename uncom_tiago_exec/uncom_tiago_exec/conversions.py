@@ -12,7 +12,7 @@ from control_msgs.action import FollowJointTrajectory
 from control_msgs.msg import JointTolerance
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
-from uncom_common.conversions import duration_to_msg, matrix_from_pose_msg, seconds_from_msg
+from uncom_common.conversions import duration_to_msg, matrix_from_pose_msg, primitive_from_msg, seconds_from_msg
 from uncom_perception.conversions import detection_from_msg, polygon_from_msg, table_from_msg
 
 from uncom_interfaces.msg import ExecutionStatus, GroundedCommand, GroundedTarget
@@ -22,7 +22,11 @@ _POINTING = {"this", "that", "these", "those", "the", "a", "an", "it", "them", "
 
 
 def task_from_msg(msg: GroundedCommand) -> ManipulationTask:
-    """Read a grounded command as a task."""
+    """Read a grounded command as a task.
+
+    Raises:
+        UnknownPrimitiveError: the primitive is not one of the constants.
+    """
     kind = msg.target.kind
     target = detection_from_msg(msg.target.object) if kind == GroundedTarget.OBJECT else None
     pose = None
@@ -34,7 +38,7 @@ def task_from_msg(msg: GroundedCommand) -> ManipulationTask:
     return ManipulationTask(
         utterance_id=msg.utterance_id,
         index=int(msg.index),
-        primitive=msg.primitive,
+        primitive=primitive_from_msg(msg.primitive),
         relation=msg.relation,
         object=detection_from_msg(msg.object),
         scene=tuple(detection_from_msg(d) for d in msg.scene),

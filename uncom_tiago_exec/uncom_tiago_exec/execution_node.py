@@ -224,7 +224,7 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
             RefusedError: the answer is no, or none came in time.
         """
         command = job.command
-        what = f"{command.action_text or task.primitive} the {task.object_text or 'object'}"
+        what = f"{command.action_text or task.primitive.value} the {task.object_text or 'object'}"
         where = f" ({task.relation.replace('_', ' ')} {task.target_text})" if task.target_text else ""
         self._answer.clear()
         self._approved = False

@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
+from uncom_common.primitive import Primitive
 from uncom_perception.types import Detection, TableSurface
 
 FloatArray = npt.NDArray[np.float64]
@@ -45,7 +46,7 @@ class ManipulationTask:
 
     utterance_id: str
     index: int
-    primitive: str
+    primitive: Primitive
     relation: str
     object: Detection
     scene: tuple[Detection, ...]

@@ -10,7 +10,8 @@ import pytest
 from uncom_bringup.chain.config import ChainConfig, load_chain_config
 from uncom_bringup.exceptions import BadInputError
 from uncom_common.camera import PinholeCamera
-from uncom_language.types import Act, Command, Primitive, Reference, Relation, Span
+from uncom_common.primitive import Primitive
+from uncom_language.types import Act, Command, Reference, Relation, Span
 from uncom_perception.types import Box, Detection, Hand, HandsFrame, Scene, TableSurface
 from uncom_reasoner.types import Evidence, Status, TargetKind, View
 from uncom_sim.bench_understanding.judging.paper_rules import RETRY_S, Line, decide_as_published, finger

@@ -6,6 +6,7 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+from uncom_common.primitive import Primitive
 from uncom_sim.bench_planning.scenes import TABLE_Z, detection, flat_table
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.robot.names import home_positions
@@ -103,7 +104,17 @@ def make_task(things, primitive, target=None, place=None, relation="none"):
     pose = None if place is None else upright(np.array([place[0], place[1], TABLE_Z]), 0.0)
     goal = next((d for d in things if d.id == target), None)
     return ManipulationTask(
-        "u1", 0, primitive, relation, things[0], tuple(things), flat_table(), goal, pose, things[0].label, target or ""
+        "u1",
+        0,
+        Primitive(primitive),
+        relation,
+        things[0],
+        tuple(things),
+        flat_table(),
+        goal,
+        pose,
+        things[0].label,
+        target or "",
     )
 
 

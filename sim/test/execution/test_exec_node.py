@@ -14,20 +14,23 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 from uncom_common.conversions import header_to_msg
+from uncom_common.primitive import Primitive
 from uncom_perception.conversions import detection_to_msg
 from uncom_sim.bench_planning.scenes import detection
 from uncom_tiago_exec.conversions import goal_to_msg, status_from_msg, status_to_msg, task_from_msg, trajectory_from_msg
 from uncom_tiago_exec.execution_node import ExecutionNode
 from uncom_tiago_exec.types import Stage, Status, Trajectory
 
-from uncom_interfaces.msg import Answer, ExecutionStatus, GroundedCommand
+from uncom_interfaces.msg import Answer, Command, ExecutionStatus, GroundedCommand
 
 DOMAIN = 82
 
 
 def command():
     thing = detection("ball", ball_cloud(0.6, 0.2, 0.03, np.random.default_rng(0)))
-    msg = GroundedCommand(header=header_to_msg(1.0, "base_footprint"), utterance_id="u7", primitive="pick")
+    msg = GroundedCommand(
+        header=header_to_msg(1.0, "base_footprint"), utterance_id="u7", primitive=Command.PRIMITIVE_PICK
+    )
     msg.object = detection_to_msg(thing, msg.header)
     msg.scene = [msg.object]
     msg.object_text = "ball"
@@ -153,7 +156,7 @@ def test_a_stop_holds_until_reset(graph):
 
 def test_a_command_survives_the_way_into_a_task():
     task = task_from_msg(command())
-    assert task.primitive == "pick"
+    assert task.primitive is Primitive.PICK
     assert task.table.height_m == pytest.approx(TABLE_Z)
     assert len(task.object.geometry.cloud) > 100
     assert task.target is None

@@ -122,7 +122,11 @@ def test_a_spoken_sentence_becomes_a_command_with_the_times_of_its_words(graph):
     spoken = say("take the lemon and put it in this bowl", snr_db=25, tail_s=2.0)
     start, commands = graph.hear(spoken.samples)
     (command,) = commands
-    assert (command.act, command.primitive, command.relation) == (Command.ACT_COMMAND, "put_in", "in")
+    assert (command.act, command.primitive, command.relation) == (
+        Command.ACT_COMMAND,
+        Command.PRIMITIVE_PUT_IN,
+        "in",
+    )
     assert command.object.text == "lemon"
     assert command.target.deictic == "this"
     # "take the lemon and put it in this bowl": word 7 is "this"
@@ -147,7 +151,7 @@ def test_two_utterances_one_after_another_give_two_commands(graph):
         ]
     )
     _, commands = graph.hear(sound)
-    assert [command.primitive for command in commands] == ["pick", "place"]
+    assert [command.primitive for command in commands] == [Command.PRIMITIVE_PICK, Command.PRIMITIVE_PLACE]
     assert commands[0].utterance_id != commands[1].utterance_id
 
 

@@ -14,6 +14,7 @@ from itertools import combinations
 
 import numpy as np
 import shapely
+from uncom_common.primitive import Primitive
 
 from uncom_sim.exceptions import SceneError
 from uncom_sim.objects.catalogue import KINDS, model, natural_colour
@@ -36,7 +37,7 @@ _POURED: dict[str, tuple[str, ...]] = {
 }
 _ACTS = ("push", "give", "pour", "point")
 _RARER = 1.5  # than what is picked and placed
-_PRIMITIVES = {"in": "put_in", "on": "put_on"}
+_PRIMITIVES = {"in": Primitive.PUT_IN, "on": Primitive.PUT_ON}
 _SMALL = ("banana", "apple", "lemon", "orange", "pear", "spoon")
 _INTO: dict[str, tuple[str, ...]] = {
     "bowl": _SMALL,
@@ -61,7 +62,7 @@ class Case:
     scene: Scene
     meaning: Meaning
     relation: str
-    primitive: str
+    primitive: Primitive
     place: Point2 | None
 
     @property
@@ -145,8 +146,16 @@ def _draw(number: int, kind: str, relation: str, side: float, others: int, rng: 
         states = standing(scene)
         if judge(states, states, meaning, scene.table).success:
             return None
-    primitive = _PRIMITIVES.get(relation, "place" if isinstance(place, tuple) and relation != "push" else relation)
-    return Case(number, scene, meaning, relation, primitive, place if isinstance(place, tuple) else None)
+    return Case(
+        number, scene, meaning, relation, _primitive(relation, place), place if isinstance(place, tuple) else None
+    )
+
+
+def _primitive(relation: str, place: Point2 | bool | None) -> Primitive:
+    """Return the primitive that carries out a relation; what has no name of its own is placed."""
+    if relation in _PRIMITIVES:
+        return _PRIMITIVES[relation]
+    return Primitive.PLACE if isinstance(place, tuple) and relation != "push" else Primitive(relation)
 
 
 def _meaning(scene: Scene, relation: str, place: Point2 | None) -> Meaning:

@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 import shapely
+from uncom_common.primitive import Primitive
 
 from uncom_sim.bench_execution.cases import Case
 from uncom_sim.exceptions import SceneError
@@ -99,7 +100,7 @@ def next_command(
     order = [asked[i] for i in rng.permutation(len(asked))]
     wanted = "area" if held else str(rng.choice(_WANTED, p=_SHARES))
     if wanted == "pick" and order:
-        return Case(number, replace(scene, objects=now), Meaning(order[0].id, "none"), "pick", "pick", None)
+        return Case(number, replace(scene, objects=now), Meaning(order[0].id, "none"), "pick", Primitive.PICK, None)
     for clear in _CLEAR_M:
         for thing in order:
             others = tuple(other for other in now if other.id != thing.id)
@@ -109,7 +110,7 @@ def next_command(
                 return case
             place = _free_place(thing, room, rng)
             if place is not None:
-                return Case(number, room.scene, Meaning(thing.id, "area", None, place), "area", "place", place)
+                return Case(number, room.scene, Meaning(thing.id, "area", None, place), "area", Primitive.PLACE, place)
     raise SceneError("found no thing within reach with a free place to go to")
 
 
@@ -134,7 +135,7 @@ def _beside(number: int, thing: SceneObject, room: _Room, rng: np.random.Generat
                 place = other.x + float(away) * dx, other.y + float(away) * dy
                 if _is_free(thing, place, room):
                     meaning = Meaning(thing.id, relation, other.id)
-                    return Case(number, room.scene, meaning, relation, "place", place)
+                    return Case(number, room.scene, meaning, relation, Primitive.PLACE, place)
     return None
 
 

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from PIL import Image
+from uncom_common.primitive import Primitive
 from uncom_perception.types import Detection
 from uncom_perception.types import Scene as Seen
 from uncom_tiago_exec.config import ExecutionConfig
@@ -56,7 +57,9 @@ class Run:
     @property
     def succeeded(self) -> bool:
         """Whether robot and physics both say so, it never touched the table, and is back unless it holds something."""
-        back = self.case.primitive in ("pick", "give") or max(self.home_error, self.base_error_m) < _BACK
+        back = (
+            self.case.primitive in (Primitive.PICK, Primitive.GIVE) or max(self.home_error, self.base_error_m) < _BACK
+        )
         return self.outcome.success and self.physical.success and self.table_touches == 0 and back
 
     def as_dict(self) -> dict[str, Any]:
@@ -150,7 +153,7 @@ def task_of(case: Case, seen: Seen, states: Iterable[ObjectState]) -> Manipulati
     thing = _nearest(seen, places[case.meaning.object])
     target = case.meaning.target
     goal = None
-    if target is not None and case.primitive in ("put_in", "put_on", "stack", "pour"):
+    if target is not None and case.primitive in (Primitive.PUT_IN, Primitive.PUT_ON, Primitive.STACK, Primitive.POUR):
         goal = _nearest(seen, places[target])
     height = seen.table.height_m if seen.table is not None else case.scene.table.height
     pose = None if case.place is None else upright(np.array([*case.place, height]), 0.0)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from uncom_common.primitive import Primitive
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.execution.engine import Engine
 from uncom_tiago_exec.execution.verification import middle_of
@@ -133,7 +134,7 @@ class Stopped:
         """
         task = self._grounded(case)
         if task is None and self._last is not None:  # what it cannot do it refuses, once it has gone home
-            self._engine.execute(replace(self._last, primitive="wave"))
+            self._engine.execute(replace(self._last, primitive=Primitive.NONE))
             task = self._grounded(case)
         if task is None:
             raise SceneError(f"the {case.kind} is not seen")

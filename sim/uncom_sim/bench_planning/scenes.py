@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
+from uncom_common.primitive import Primitive
 from uncom_perception.types import Box, Detection, Geometry, TableSurface
 from uncom_tiago_exec.scene.obstacles import upright
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Obstacle
@@ -59,9 +60,18 @@ def pick_and_place(rng: np.random.Generator, count: int, side: float) -> Manipul
         seen.append(detection(f"thing{i}", _box(x, y, rng) if i % 2 else _cylinder(x, y, rng)))
     pose = None if into else upright(np.array([*goal, TABLE_Z]), 0.0)
     return ManipulationTask(
-        "bench", 0, "put_in" if into else "place", "in" if into else "none", seen[0], tuple(seen), flat_table(),
-        seen[1] if into else None, pose, "ball", "bowl" if into else "",
-    )  # fmt: skip
+        "bench",
+        0,
+        Primitive.PUT_IN if into else Primitive.PLACE,
+        "in" if into else "none",
+        seen[0],
+        tuple(seen),
+        flat_table(),
+        seen[1] if into else None,
+        pose,
+        "ball",
+        "bowl" if into else "",
+    )
 
 
 def flat_table() -> TableSurface:

@@ -20,6 +20,7 @@ QUESTION = "question"
 # Constants of the messages.
 ACT_COMMAND = 0
 ACT_NAMES = ("command", "refused", "incomplete", "yes", "no", "stop", "cancel", "fragment", "correction")
+PRIMITIVE_NAMES = ("none", "put_in", "put_on", "place", "stack", "pour", "push", "pick", "give", "point")
 STATUS_GROUNDED, STATUS_FAILED, STATUS_AMBIGUOUS = 0, 1, 2
 STATUS_NAMES = ("grounded", "failed", "ambiguous", "cancelled")
 STAGE_IDLE, STAGE_DONE, STAGE_FAILED, STAGE_STOPPED = 0, 11, 12, 13

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from uncom_bringup.monitor import run_record as kinds
-from uncom_bringup.monitor.run_record import ACT_NAMES, STATUS_NAMES, RunRecord, name_of
+from uncom_bringup.monitor.run_record import ACT_NAMES, PRIMITIVE_NAMES, STATUS_NAMES, RunRecord, name_of
 from uncom_bringup.report import summary
 
 # Fields that tell of the machine and the moment, not of what was said and seen.
@@ -76,7 +76,7 @@ def _command(record: RunRecord, data: Mapping[str, Any], names: Mapping[str, str
         "reason": data["reason"],
         "text": data["text"],
         "object": _words(data["object"]),
-        "action": data["action_text"] or data["primitive"],
+        "action": data["action_text"] or name_of(PRIMITIVE_NAMES, data["primitive"]),
         "target": _words(data["target"]),
         "relation": data["relation"] or "none",
         "decisions": [_decision(decision) for decision in grounded],

@@ -14,7 +14,16 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 
 from uncom_bringup.monitor import run_record as kinds
-from uncom_bringup.monitor.run_record import ACT_COMMAND, ACT_NAMES, STATUS_NAMES, Event, Frame, RunRecord, name_of
+from uncom_bringup.monitor.run_record import (
+    ACT_COMMAND,
+    ACT_NAMES,
+    PRIMITIVE_NAMES,
+    STATUS_NAMES,
+    Event,
+    Frame,
+    RunRecord,
+    name_of,
+)
 from uncom_bringup.report import progress, summary, table_map, timeline
 
 _TEMPLATE = "report.html.j2"
@@ -88,7 +97,7 @@ def _decision(event: Event, record: RunRecord) -> dict[str, Any]:
         "act": act,
         "is_command": command["act"] == ACT_COMMAND,
         "parse_reason": command["reason"],
-        "primitive": command["primitive"],
+        "primitive": name_of(PRIMITIVE_NAMES, command["primitive"]),
         "relation": command["relation"],
         "status": name_of(STATUS_NAMES, grounded.data["status"]) if grounded is not None else "",
         "reason": grounded.data["reason"] if grounded is not None else "",

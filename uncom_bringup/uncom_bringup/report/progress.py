@@ -7,7 +7,15 @@ from collections.abc import Mapping
 from typing import Any
 
 from uncom_bringup.monitor import run_record as kinds
-from uncom_bringup.monitor.run_record import ACT_COMMAND, ACT_NAMES, STATUS_GROUNDED, STATUS_NAMES, Event, name_of
+from uncom_bringup.monitor.run_record import (
+    ACT_COMMAND,
+    ACT_NAMES,
+    PRIMITIVE_NAMES,
+    STATUS_GROUNDED,
+    STATUS_NAMES,
+    Event,
+    name_of,
+)
 
 HEAD_WIDTH = 14
 
@@ -45,7 +53,8 @@ def caption(command: Mapping[str, Any]) -> str:
         target = f"{relation} {target}"
     if command["reference2"]["present"]:
         target += f" and {_words(command['reference2'])}"
-    return " - ".join((_words(command["object"]), str(command["action_text"] or command["primitive"]), target))
+    action = command["action_text"] or name_of(PRIMITIVE_NAMES, command["primitive"])
+    return " - ".join((_words(command["object"]), str(action), target))
 
 
 def _words(reference: Mapping[str, Any]) -> str:

@@ -8,7 +8,15 @@ from itertools import pairwise
 from typing import Any
 
 from uncom_bringup.monitor import run_record as kinds
-from uncom_bringup.monitor.run_record import ACT_COMMAND, STAGE_IDLE, STATUS_GROUNDED, Event, RunRecord
+from uncom_bringup.monitor.run_record import (
+    ACT_COMMAND,
+    PRIMITIVE_NAMES,
+    STAGE_IDLE,
+    STATUS_GROUNDED,
+    Event,
+    RunRecord,
+    name_of,
+)
 
 
 def heard(record: RunRecord) -> str:
@@ -22,12 +30,13 @@ def understood(record: RunRecord) -> dict[str, Any]:
     chosen = next((data for data in reversed(commands) if data["act"] == ACT_COMMAND), None)
     if chosen is None:
         return {"object": None, "action": None, "target": None, "relation": None}
+    primitive = name_of(PRIMITIVE_NAMES, chosen["primitive"])
     return {
         "object": _text(chosen["object"]),
-        "action": chosen["action_text"] or chosen["primitive"],
+        "action": chosen["action_text"] or primitive,
         "target": _text(chosen["target"]),
         "relation": chosen["relation"] or "none",
-        "primitive": chosen["primitive"],
+        "primitive": primitive,
     }
 
 

@@ -7,9 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from uncom_common.primitive import Primitive
+
 from uncom_language.parser.grammar_parser import even_spans, grammar_parser
 from uncom_language.parser.lexical.tagger import split_text
-from uncom_language.types import Act, Command, Primitive, Reference, Relation, Span, Transcript
+from uncom_language.types import Act, Command, Reference, Relation, Span, Transcript
 
 _ASK = {
     "object": "the object is missing: what shall I {action}?",

@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+from uncom_common.primitive import Primitive
+
 from uncom_language.parser.grammar_parser import grammar_parser, parse_text
-from uncom_language.types import Act, Command, Primitive, Reference, Relation
+from uncom_language.types import Act, Command, Reference, Relation
 
 _AT_ONCE = frozenset({Act.STOP, Act.CANCEL, Act.YES})
 

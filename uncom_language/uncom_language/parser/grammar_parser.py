@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import cache
 
 import lark
+from uncom_common.primitive import Primitive
 
 from uncom_language.parser.dialogue_acts import ActReader
 from uncom_language.parser.discourse import Utterance, combine
@@ -26,7 +27,7 @@ from uncom_language.parser.syntax.clause_reader import ClauseReader
 from uncom_language.parser.syntax.grammar import NotInGrammarError, Tree, children, load_grammar, parse_tokens
 from uncom_language.parser.syntax.locative_phrases import Timing
 from uncom_language.parser.syntax.support_surfaces import on_support
-from uncom_language.types import Act, Command, Primitive, Relation, Span, Transcript, Word
+from uncom_language.types import Act, Command, Relation, Span, Transcript, Word
 
 BACKEND = "grammar"
 # Text without sound gets even times, so that everything that follows is the same for both.

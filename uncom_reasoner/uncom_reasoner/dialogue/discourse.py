@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from uncom_language.types import Act, Command, Primitive, Reference, Relation
+from uncom_common.primitive import Primitive
+from uncom_language.types import Act, Command, Reference, Relation
 
 from uncom_reasoner.detector_phrases import SUBSTITUTES, is_bare, is_place_word, is_table
 from uncom_reasoner.types import Decision, Given, TargetKind

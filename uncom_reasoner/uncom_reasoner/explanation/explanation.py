@@ -116,7 +116,7 @@ def _command(command: Command, decision: Decision) -> dict[str, Any]:
         "action": g.action_text,
         "target": g.target_text,
         "relation": g.relation,
-        "primitive": g.primitive,
+        "primitive": g.primitive.value,
         "spans": {name: [span.start_s, span.end_s] for name, span in parts.items() if span is not None},
     }
 

@@ -6,7 +6,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from uncom_language.types import Command, Primitive
+from uncom_common.primitive import Primitive
+from uncom_language.types import Command
 from uncom_perception.types import Detection
 
 from uncom_reasoner.exceptions import AmbiguousError, CannotGroundError, NotSupportedError, UnsettledError
@@ -38,7 +39,7 @@ def failed(command: Command, reason: str) -> GroundedCommand:
         object_text=described(command.object),
         action_text=command.action_text,
         target_text=target_text(command),
-        primitive=command.primitive.value,
+        primitive=command.primitive,
         relation=command.relation.value,
     )
 
@@ -80,7 +81,7 @@ def decision_of(
         object_text=described(command.object),
         action_text=command.action_text,
         target_text=target_text(command),
-        primitive=command.primitive.value,
+        primitive=command.primitive,
         relation=command.relation.value,
         object=thing,
         object_probability=choice.probability if choice is not None else 0.0,
@@ -136,10 +137,10 @@ def _with_target(decision: Decision, result: TargetResult) -> Decision:
     )
 
 
-def _done_as(primitive: str, result: TargetResult) -> str:
+def _done_as(primitive: Primitive, result: TargetResult) -> Primitive:
     """Return what is done with the object: "put it in the corner" is no putting into a thing."""
-    if primitive in (Primitive.PUT_IN.value, Primitive.PUT_ON.value, Primitive.STACK.value, Primitive.PLACE.value):
-        return result.primitive.value
+    if primitive in (Primitive.PUT_IN, Primitive.PUT_ON, Primitive.STACK, Primitive.PLACE):
+        return result.primitive
     return primitive
 
 

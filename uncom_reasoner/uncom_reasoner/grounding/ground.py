@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from shapely import transform
 from shapely.geometry import Polygon
-from uncom_language.types import Command, Primitive, Reference, Relation
+from uncom_common.primitive import Primitive
+from uncom_language.types import Command, Reference, Relation
 
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.detector_phrases import is_one_sided, is_unspecific, without_parts

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from uncom_language.types import Command, Primitive, Relation
+from uncom_common.primitive import Primitive
+from uncom_language.types import Command, Relation
 
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.detector_phrases import any_will_do, goes_back, is_pronoun, is_unspecific

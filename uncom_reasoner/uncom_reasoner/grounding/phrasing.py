@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from uncom_language.types import Act, Command, Primitive, Reference, Relation
+from uncom_common.primitive import Primitive
+from uncom_language.types import Act, Command, Reference, Relation
 from uncom_perception.types import Detection
 
 from uncom_reasoner.detector_phrases import is_bare, is_place_word
@@ -90,7 +91,7 @@ def _place(command: Command, grounded: GroundedCommand) -> str:
     if target.kind is TargetKind.NONE:
         return ""
     if target.kind is TargetKind.OBJECT and target.detection is not None:
-        preposition = "in" if grounded.primitive in (Primitive.PUT_IN.value, Primitive.POUR.value) else "on"
+        preposition = "in" if grounded.primitive in (Primitive.PUT_IN, Primitive.POUR) else "on"
         return f"{preposition} the {_called(command.target, target.detection)}"
     if command.relation in RELATION_WORDS and command.target is not None:
         second = f" and {spoken(command.reference2)}" if command.reference2 is not None else ""

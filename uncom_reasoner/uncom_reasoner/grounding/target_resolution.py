@@ -15,7 +15,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from shapely.geometry import Point, Polygon
-from uncom_language.types import Command, Primitive, Reference, Relation
+from uncom_common.primitive import Primitive
+from uncom_language.types import Command, Reference, Relation
 from uncom_perception.types import Detection
 
 from uncom_reasoner.detector_phrases import (

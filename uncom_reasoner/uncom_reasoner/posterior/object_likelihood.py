@@ -16,7 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from shapely.geometry import Polygon
-from uncom_language.types import Primitive, Reference, Relation, Span
+from uncom_common.primitive import Primitive
+from uncom_language.types import Reference, Relation, Span
 from uncom_perception.types import Detection
 
 from uncom_reasoner.detector_phrases import (

@@ -187,7 +187,7 @@ class Engine:
 
     def _run(self, task: ManipulationTask) -> str:
         if task.primitive not in SUPPORTED:
-            raise RefusedError(f"I have not learned to {task.primitive.replace('_', ' ')} yet")
+            raise RefusedError(f"I have not learned to {task.primitive.value.replace('_', ' ')} yet")
         self._under_way = None
         try:
             plan = self._plan(task, [], 0)

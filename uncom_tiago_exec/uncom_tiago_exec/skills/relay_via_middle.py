@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import cKDTree
+from uncom_common.primitive import Primitive
 from uncom_perception.types import Detection
 
 from uncom_tiago_exec.scene.object_shape import smallest_rectangle
@@ -60,7 +61,7 @@ def to_middle(task: ManipulationTask, place: FloatArray) -> ManipulationTask:
     """Return the first half: the thing to a place (2,) on the table."""
     height = task.table.height_m if task.table is not None else 0.0
     pose = upright(np.array([place[0], place[1], height]), 0.0)
-    primitive = "push" if task.primitive == "push" else "place"
+    primitive = Primitive.PUSH if task.primitive is Primitive.PUSH else Primitive.PLACE
     return replace(
         task, primitive=primitive, relation="none", target=None, target_pose=pose, target_text="", scene=_all(task)
     )

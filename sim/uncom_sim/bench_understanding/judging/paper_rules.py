@@ -71,7 +71,7 @@ def decide_as_published(evidence: Evidence, hands: Sequence[HandsFrame]) -> Grou
         utterance_id=command.utterance_id,
         index=command.index,
         status=Status.GROUNDED,
-        primitive=command.primitive.value,
+        primitive=command.primitive,
         relation=command.relation.value,
         object=thing,
         target=target,

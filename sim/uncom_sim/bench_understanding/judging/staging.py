@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from uncom_common.primitive import Primitive
 from uncom_language.types import Command, Reference, Relation
 from uncom_reasoner.detector_phrases import GENERIC_NOUNS, detector_phrase, is_bare, is_place_word
 from uncom_reasoner.types import Evidence, RayObservation
@@ -50,7 +51,7 @@ def first_wrong_stage(
 
 def _parse_fault(plan: TakePlan, command: Command) -> str:
     meaning = plan.meaning
-    if command.primitive.value not in plan.actions:
+    if command.primitive not in plan.actions:
         return f"the action was taken for {command.primitive.value}"
     if command.object is None or not _may_mean(command.object, plan, meaning.object):
         return "the object's words were taken for others"
@@ -58,7 +59,7 @@ def _parse_fault(plan: TakePlan, command: Command) -> str:
     allowed = {
         "area": {r.value for r in (Relation.HERE, Relation.THERE, Relation.ON, Relation.NONE, Relation.IN)},
         "next_to": {"next_to", "near"},
-        "in": {"in", "on", "none"} if "pour" in plan.actions else {"in"},
+        "in": {"in", "on", "none"} if Primitive.POUR in plan.actions else {"in"},
     }.get(meaning.relation, {meaning.relation})
     if relation not in allowed:
         return f"the relation was taken for {relation}"

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
+from uncom_common.primitive import Primitive
 from uncom_perception.types import Detection
 from uncom_reasoner.types import GroundedCommand, Status, TargetKind
 
@@ -71,14 +72,14 @@ def judge(plan: TakePlan, states: Sequence[ObjectState], grounded: GroundedComma
         if not object_right:
             why = f"took {thing or 'nothing that is there'}"
         elif not action_right:
-            why = f"would {grounded.primitive} it"
+            why = f"would {grounded.primitive.value} it"
     return Verdict(
         grounded.status.name.lower(),
         grounded.reason,
         thing,
         target if place is None else None,
         place,
-        grounded.primitive,
+        grounded.primitive.value,
         grounded.relation,
         object_right,
         action_right,
@@ -104,7 +105,7 @@ def _target(
 ) -> tuple[bool, str]:
     meaning = plan.meaning
     if meaning.relation in ("in", "on"):
-        allowed = ("in", "on", "none") if "pour" in plan.actions else _SAME_RELATION[meaning.relation]
+        allowed = ("in", "on", "none") if Primitive.POUR in plan.actions else _SAME_RELATION[meaning.relation]
         if place is not None or target is None:
             return False, "chose a place on the table instead of a thing" if place else "chose no target"
         if target != meaning.target:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from uncom_common.primitive import Primitive
 
 from uncom_sim.bench_understanding.takes.arranging import arranged, beside
 from uncom_sim.bench_understanding.takes.scenarios import scenarios
@@ -17,9 +18,9 @@ from uncom_sim.person.voice import VOICES
 from uncom_sim.types import HANDS, Meaning, PersonOptions, Scene, SceneObject
 
 ACTIONS = {
-    "put": ("put_in", "put_on", "place"),
-    "stack": ("stack", "put_on"),
-    "pour": ("pour",),
+    "put": (Primitive.PUT_IN, Primitive.PUT_ON, Primitive.PLACE),
+    "stack": (Primitive.STACK, Primitive.PUT_ON),
+    "pour": (Primitive.POUR,),
 }
 _COLOURS = {
     "mug": ("blue", "red", "white", "green", "yellow", "black", "purple"),

@@ -8,6 +8,8 @@ import json
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from uncom_common.primitive import Primitive
+
 from uncom_sim.types import Meaning, Scene
 
 SUBJECTS = ("object", "object_distractors", "target", "target_distractors", "clutter")
@@ -81,7 +83,7 @@ class TakePlan:
     index: int
     seed: int
     scene: Scene
-    actions: tuple[str, ...]
+    actions: tuple[Primitive, ...]
     conditions: Conditions
     world_seed: int
     manner: str = "plain"

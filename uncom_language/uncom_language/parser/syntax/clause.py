@@ -5,8 +5,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from uncom_common.primitive import Primitive
+
 from uncom_language.parser.lexical.tokens import Token
-from uncom_language.types import Primitive, Reference, Relation, Span
+from uncom_language.types import Reference, Relation, Span
 
 _WHOLE = {
     "stack": Primitive.STACK,

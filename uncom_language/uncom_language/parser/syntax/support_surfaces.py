@@ -5,8 +5,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from uncom_common.primitive import Primitive
+
 from uncom_language.parser.lexical.lexicon import Lexicon
-from uncom_language.types import Command, Primitive, Relation
+from uncom_language.types import Command, Relation
 
 _SIDES = frozenset({Relation.LEFT_OF, Relation.RIGHT_OF, Relation.IN_FRONT_OF, Relation.BEHIND})
 _QUALITIES = frozenset({"left", "right", "front", "back", "far", "near", "nearest", "free"})
