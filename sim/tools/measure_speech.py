@@ -20,10 +20,10 @@ import numpy as np
 import yaml
 from rapidfuzz.distance import Levenshtein
 from uncom_language.parser import parse_transcript
-from uncom_language.parser.end_of_turn import patience_s
-from uncom_language.speech.endpointing.endpointer import EndpointerConfig
+from uncom_language.parser.end_of_turn import end_of_turn_pause_s
+from uncom_language.speech.endpointing.options import EndpointerOptions
 from uncom_language.speech.recognizer_factory import make_recognizer
-from uncom_language.speech.streaming_transcriber import Listener, ListenerOptions
+from uncom_language.speech.streaming_transcriber import StreamingTranscriber, TranscriberOptions
 from uncom_language.types import Transcript
 
 ROOT = Path(__file__).parents[2]
@@ -64,9 +64,9 @@ class Ear:
         self.transcripts: list[Transcript] = []
         self.clock_s = 0.0
         self.cpu_s = 0.0
-        patience = (lambda words: patience_s(words, quick_s, FULL_S)) if quick_s < FULL_S else None
-        options = ListenerOptions(EndpointerConfig(hang_over_s=FULL_S), "measure", patience_s=patience)
-        self.listener = Listener(make_recognizer, self.transcripts.append, lambda _: None, options)
+        patience = (lambda words: end_of_turn_pause_s(words, quick_s, FULL_S)) if quick_s < FULL_S else None
+        options = TranscriberOptions(EndpointerOptions(hang_over_s=FULL_S), "measure", end_of_turn_pause_s=patience)
+        self.listener = StreamingTranscriber(make_recognizer, self.transcripts.append, lambda _: None, options)
         self.listener.start()
 
     def hear(self, samples: np.ndarray) -> tuple[list[Transcript], float]:

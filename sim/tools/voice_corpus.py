@@ -15,8 +15,9 @@ import numpy as np
 import numpy.typing as npt
 import pocketsphinx
 from uncom_language.speech.audio.samples import SAMPLE_RATE
-from uncom_language.speech.pocketsphinx.language_model import ModelWeights, draw_sentences
-from uncom_language.speech.pocketsphinx.noise_floor import with_floor
+from uncom_language.speech.pocketsphinx.language_model import draw_sentences
+from uncom_language.speech.pocketsphinx.noise_floor import add_noise_floor
+from uncom_language.speech.pocketsphinx.options import LanguageModelOptions
 from uncom_language.speech.pocketsphinx.pocketsphinx_recognizer import dictionary_lines, model_folder
 from uncom_sim.person.sound import recorded
 from uncom_sim.person.voice import speak
@@ -114,15 +115,15 @@ def recording(text: str, voice: str, rng: random.Random) -> Samples:
         ratio = 10.0 ** (rng.choice([15, 18, 20, 22, 25, 30, 60]) / 10.0)
         wave = wave + noise.standard_normal(wave.size) * np.sqrt(np.mean(spoken.samples**2) / ratio)
         wave = wave * (32768.0 * rng.choice([0.2, 0.5, 1.0]))
-        return with_floor(np.asarray(np.clip(wave, -32768, 32767), dtype=np.int16))
+        return add_noise_floor(np.asarray(np.clip(wave, -32768, 32767), dtype=np.int16))
     murmur, echo = rng.choice([0.0, 0.005, 0.02, 0.05, 0.1]), rng.choice([0.0, 0.0, 0.1, 0.3])
-    return with_floor(recorded(spoken, LEAD_S, spoken.duration_s + LEAD_S + TAIL_S, murmur, echo, noise))
+    return add_noise_floor(recorded(spoken, LEAD_S, spoken.duration_s + LEAD_S + TAIL_S, murmur, echo, noise))
 
 
 def aligned_speech(count: int, seed: int, model: Path) -> Iterator[Aligned]:
     """Speak and align `count` sentences; what cannot be aligned is left out."""
     rng = random.Random(seed)
-    drawn = draw_sentences(ModelWeights(seed=500 + seed, sentences=4 * count + 100))
+    drawn = draw_sentences(LanguageModelOptions(seed=500 + seed, sentences=4 * count + 100))
     texts = [words for words in drawn if SHORTEST <= len(words) <= LONGEST][:count]
     with tempfile.TemporaryDirectory() as folder:
         aligner = Aligner(model, {word for words in texts for word in words}, Path(folder))

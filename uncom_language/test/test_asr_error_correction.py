@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import pytest
-from uncom_language.language_understanding import Understanding
+from uncom_language.language_understanding import LanguageUnderstanding
 from uncom_language.parser import parse_text
-from uncom_language.parser.lexical.asr_error_correction import find_repair, repaired
+from uncom_language.parser.lexical.asr_error_correction import correct_nouns, find_correction
 from uncom_language.types import Alternative, Transcript, Word
 
 
@@ -16,7 +16,7 @@ def words(text):
 
 def test_a_ball_that_nobody_sees_is_the_bowl_that_is_there():
     (command,) = parse_text("put the lemon in the red ball")
-    made = repaired(command, ["lemon", "bowl", "cup"])
+    made = correct_nouns(command, ["lemon", "bowl", "cup"])
     assert (made.target.head, made.target.text, made.target.heard) == ("bowl", "red bowl", "ball")
     assert made.object == command.object
     assert made.notes == ("heard 'ball', taken as 'bowl': they sound alike (0.88), there is a bowl and no ball",)
@@ -34,27 +34,27 @@ def test_a_ball_that_nobody_sees_is_the_bowl_that_is_there():
     ],
 )
 def test_without_evidence_a_word_stands(heard, seen):
-    assert find_repair(heard, seen) is None
+    assert find_correction(heard, seen) is None
 
 
 def test_an_unknown_word_may_be_one_that_the_recogniser_also_heard():
     others = (Alternative(words("put it in the bowl"), -2.0),)
-    assert find_repair("boll", [], others).meant == "bowl"
-    assert find_repair("boll", []) is None
-    assert find_repair("ball", [], others) is None  # a known word is replaced only by what is seen
+    assert find_correction("boll", [], others).meant == "bowl"
+    assert find_correction("boll", []) is None
+    assert find_correction("ball", [], others) is None  # a known word is replaced only by what is seen
 
 
 def test_things_that_locate_others_are_mended_too():
     (command,) = parse_text("take the pair next to the ball")
-    made = repaired(command, ["pear", "bowl"])
+    made = correct_nouns(command, ["pear", "bowl"])
     assert (made.object.head, made.object.heard) == ("pear", "pair")
     assert made.object.anchor.head == "bowl"
     assert len(made.notes) == 2
 
 
 def test_words_that_are_offered_mend_unknown_nouns_only():
-    understanding = Understanding()
-    understanding.offer(["sprocket", "bowl"])
+    understanding = LanguageUnderstanding()
+    understanding.add_vocabulary(["sprocket", "bowl"])
     (command,) = understanding.understand(Transcript("u", words("take the sprocked and put it in the ball")))
     assert (command.object.head, command.object.heard) == ("sprocket", "sprocked")
     assert command.target.head == "ball"

@@ -9,10 +9,10 @@ import pytest
 from uncom_common.exceptions import ModelNotFoundError
 from uncom_common.primitive import Primitive
 from uncom_language.exceptions import AnswerError, UnknownBackendError, UnknownLanguageError
-from uncom_language.language_understanding import Understanding
-from uncom_language.llm.answer_schema import answer_schema, checked
+from uncom_language.language_understanding import LanguageUnderstanding
+from uncom_language.llm.answer_schema import answer_schema, validate_answer
 from uncom_language.llm.chat_model import ChatModel
-from uncom_language.llm.llm_parser import LlmParser, transcription
+from uncom_language.llm.llm_parser import LlmParser, whisper_json
 from uncom_language.types import Act, Relation, Transcript, Word
 
 
@@ -57,7 +57,7 @@ def test_two_prompts_in_one_conversation_make_a_command():
     assert (command.target.text, command.target.deictic, command.target.span.end_s) == ("plate", "this", 5.9)
     first, second = model.asked
     assert first[0]["role"] == "system"
-    assert first[-1]["content"] == transcription(heard(MUG).words)
+    assert first[-1]["content"] == whisper_json(heard(MUG).words)
     assert second[: len(first)] == first
     assert second[len(first)] == {"role": "assistant", "content": json.dumps(FIRST)}
     assert "concrete" in second[-1]["content"]
@@ -74,7 +74,7 @@ def test_after_a_second_bad_answer_it_fails_clearly():
     invented = {**FIRST, "object": part("elephant", 0.0, 1.0)}
     with pytest.raises(AnswerError, match="no usable answer: nobody said 'elephant'"):
         LlmParser(Script(invented, invented)).parse(heard(MUG))
-    (command,) = Understanding("phi", make_model=lambda: Script("{", "{")).understand(heard(MUG))
+    (command,) = LanguageUnderstanding("phi", make_model=lambda: Script("{", "{")).understand(heard(MUG))
     assert command.act is Act.REFUSED
     assert "no usable answer" in command.reason
 
@@ -91,7 +91,7 @@ def test_after_a_second_bad_answer_it_fails_clearly():
 )
 def test_answers_that_are_not_of_the_schema_are_told_so(change, why):
     with pytest.raises(AnswerError, match=why):
-        checked(json.dumps({**SECOND, **change}), refined=True, words=MUG)
+        validate_answer(json.dumps({**SECOND, **change}), refined=True, words=MUG)
 
 
 def test_missing_parts_are_named_and_no_action_is_no_command():
@@ -106,21 +106,21 @@ def test_missing_parts_are_named_and_no_action_is_no_command():
 
 
 def test_both_back_ends_note_where_they_disagree():
-    agreeing = Understanding("both", make_model=lambda: Script(FIRST, SECOND))
+    agreeing = LanguageUnderstanding("both", make_model=lambda: Script(FIRST, SECOND))
     (command,) = agreeing.understand(heard(MUG))
     assert command.notes == ("the language model agrees",)
     assert "grammar" in command.backend
     assert "script" in command.backend
     wrong = {**FIRST, "target": part("this plate", 5.0, 5.9)}
     wrong2 = {**wrong, "object": SECOND["object"], "target": {**wrong["target"], "concrete": True}}
-    (command,) = Understanding("both", make_model=lambda: Script(wrong, wrong2)).understand(heard(MUG))
+    (command,) = LanguageUnderstanding("both", make_model=lambda: Script(wrong, wrong2)).understand(heard(MUG))
     assert command.relation is Relation.NEXT_TO
     assert "reads this otherwise" in command.notes[0]
 
 
 def test_unknown_names_are_clear_errors():
     with pytest.raises(UnknownBackendError, match="choose one of: grammar, phi, both"):
-        Understanding("gpt")
+        LanguageUnderstanding("gpt")
     with pytest.raises(UnknownLanguageError, match="tlh"):
         LlmParser(Script(), "tlh")
 
@@ -186,7 +186,7 @@ def test_a_model_with_random_weights_writes_json_of_the_schema_or_is_cut(tiny_ph
 
 def test_whatever_a_random_model_says_there_is_a_command_or_a_reason(tiny_phi):
     model = ChatModel(str(tiny_phi), max_new_tokens=60)
-    understanding = Understanding("phi", make_model=lambda: model)
+    understanding = LanguageUnderstanding("phi", make_model=lambda: model)
     (command,) = understanding.understand(heard(MUG))
     assert command.act is Act.COMMAND or command.reason
     assert str(tiny_phi) in command.backend
@@ -196,5 +196,5 @@ def test_weights_that_are_nowhere_are_a_one_line_error(tmp_path):
     pytest.importorskip("llguidance")
     pytest.importorskip("transformers")
     with pytest.raises(ModelNotFoundError, match="no usable weights") as caught:
-        Understanding("phi", model=str(tmp_path))
+        LanguageUnderstanding("phi", model=str(tmp_path))
     assert "\n" not in str(caught.value)

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from uncom_common.primitive import Primitive
 from uncom_language.exceptions import UnknownLanguageError
-from uncom_language.language_understanding import Understanding
-from uncom_language.parser import command_to_json, grammar_parser, parse_text, parse_transcript
+from uncom_language.language_understanding import LanguageUnderstanding
+from uncom_language.parser import command_to_json, load_parser, parse_text, parse_transcript
 from uncom_language.parser.lexical.lexicon import load_lexicon
 from uncom_language.types import Act, Alternative, Relation, Transcript, Word
 
@@ -205,22 +205,22 @@ def test_json_has_the_agreed_layout():
 def test_an_alternative_is_taken_only_if_the_best_words_make_no_command():
     best = heard("put the banana in the the")
     other = Alternative(heard("put the banana in the bowl"), -2.0)
-    (command,) = Understanding().understand(Transcript("u", best, (other,)))
+    (command,) = LanguageUnderstanding().understand(Transcript("u", best, (other,)))
     assert (command.act, command.primitive, command.target.text) == (Act.COMMAND, Primitive.PUT_IN, "bowl")
     assert "alternative" in command.notes[0]
-    (refused,) = Understanding(max_alternative_loss=1.0).understand(Transcript("u", best, (other,)))
+    (refused,) = LanguageUnderstanding(max_alternative_loss=1.0).understand(Transcript("u", best, (other,)))
     assert refused.act is Act.INCOMPLETE
 
 
 def test_an_alternative_never_invents_an_action():
     other = Alternative(heard("take the light"), -0.5)
-    (command,) = Understanding().understand(Transcript("u", heard("turn the light"), (other,)))
+    (command,) = LanguageUnderstanding().understand(Transcript("u", heard("turn the light"), (other,)))
     assert command.act is Act.REFUSED
 
 
 def test_an_unknown_language_is_a_clear_error():
     with pytest.raises(UnknownLanguageError, match=r"choose one of: .*en"):
-        grammar_parser("tlh")
+        load_parser("tlh")
 
 
 VOCABULARY = sorted({word for phrase in load_lexicon().phrases for word in phrase} | {"zork", "is", "no", "wait", ","})

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import pytest
 from corpus import is_right, load
-from uncom_language.language_understanding import Understanding
-from uncom_language.parser import grammar_parser, parse_text
+from uncom_language.language_understanding import LanguageUnderstanding
+from uncom_language.parser import load_parser, parse_text
 from uncom_language.types import Act, Transcript, Word
 
 SENTENCES = [(kind, text, label) for kind, entries in load("german").items() for text, label in entries.items()]
@@ -22,14 +22,16 @@ def heard(text):
 
 
 def test_parts_before_and_behind_the_verb_keep_their_own_times():
-    (command,) = Understanding(language="de").understand(heard("kannst du diese Tasse auf das Brett stellen"))
+    (command,) = LanguageUnderstanding(language="de").understand(heard("kannst du diese Tasse auf das Brett stellen"))
     assert command.object.deictic_span.start_s == 7.0
     assert (command.target.span.start_s, command.target.span.end_s) == (10.0, 11.5)
     assert command.action_span.start_s == 12.0
 
 
 def test_what_is_understood_speaks_of_things_in_the_detectors_words():
-    (command,) = Understanding(language="de").understand(heard("leg die kleinen roten Äpfel in diese große Schüssel"))
+    (command,) = LanguageUnderstanding(language="de").understand(
+        heard("leg die kleinen roten Äpfel in diese große Schüssel")
+    )
     assert (command.object.head, command.object.modifiers, command.object.quantity) == ("apple", ("small", "red"), 0)
     assert (command.target.text, command.target.deictic) == ("big bowl", "this")
 
@@ -40,4 +42,4 @@ def test_languages_do_not_understand_each_other():
 
 
 def test_the_back_end_names_its_language():
-    assert grammar_parser("de").backend == "grammar (de)"
+    assert load_parser("de").backend == "grammar (de)"

@@ -7,9 +7,7 @@ from dataclasses import dataclass, field
 
 from uncom_common.exceptions import InvalidConfigError
 
-from uncom_language.speech.endpointing.endpointer import EndpointerConfig
-
-_END = EndpointerConfig()
+from uncom_language.speech.endpointing.options import ENDPOINTER, EndpointerOptions
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,18 +26,20 @@ class SpeechConfig:
     sample_format: str = field(default="S16LE", metadata={"description": "until /audio_info says otherwise"})
     scene_words: tuple[str, ...] = field(default=("",), metadata={"description": "further words that may be said"})
     backlog_s: float = field(default=120.0, metadata={"description": "[s] of sound that may wait"})
-    vad_mode: int = field(default=_END.vad_mode, metadata={"description": "0 takes most for speech, 3 least"})
-    pre_roll_s: float = field(default=_END.pre_roll_s, metadata={"description": "[s] kept before the first sound"})
+    vad_mode: int = field(default=ENDPOINTER.vad_mode, metadata={"description": "0 takes most for speech, 3 least"})
+    pre_roll_s: float = field(
+        default=ENDPOINTER.pre_roll_s, metadata={"description": "[s] kept before the first sound"}
+    )
     hang_over_s: float = field(
-        default=_END.hang_over_s, metadata={"description": "[s] of silence that end an utterance"}
+        default=ENDPOINTER.hang_over_s, metadata={"description": "[s] of silence that end an utterance"}
     )
     quick_pause_s: float = field(
         default=0.18, metadata={"description": "[s] of silence that end an utterance which is a whole command by then"}
     )
-    min_voiced_s: float = field(default=_END.min_voiced_s, metadata={"description": "[s] voiced that begin one"})
-    max_length_s: float = field(default=_END.max_length_s, metadata={"description": "[s] after which one is cut"})
+    min_voiced_s: float = field(default=ENDPOINTER.min_voiced_s, metadata={"description": "[s] voiced that begin one"})
+    max_length_s: float = field(default=ENDPOINTER.max_length_s, metadata={"description": "[s] after which one is cut"})
     margin_db: float = field(
-        default=_END.margin_db, metadata={"description": "[dB] speech is louder than the background"}
+        default=ENDPOINTER.margin_db, metadata={"description": "[dB] speech is louder than the background"}
     )
 
     def __post_init__(self) -> None:
@@ -52,9 +52,9 @@ class SpeechConfig:
             raise InvalidConfigError("channels", self.channels, "must be at least 1")
         self.endpointer()
 
-    def endpointer(self) -> EndpointerConfig:
+    def endpointer(self) -> EndpointerOptions:
         """Return the settings of the endpointer."""
-        return EndpointerConfig(
+        return EndpointerOptions(
             pre_roll_s=self.pre_roll_s,
             hang_over_s=self.hang_over_s,
             min_voiced_s=self.min_voiced_s,

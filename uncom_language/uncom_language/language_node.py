@@ -13,7 +13,7 @@ from uncom_common.conversions import seconds_from_msg
 from uncom_interfaces.msg import Command as CommandMsg
 from uncom_interfaces.msg import Transcript as TranscriptMsg
 from uncom_interfaces.msg import Vocabulary as VocabularyMsg
-from uncom_language.back_end_factory import understanding_of
+from uncom_language.back_end_factory import understanding_from_config
 from uncom_language.config import LanguageConfig
 from uncom_language.conversions import command_to_msg, transcript_from_msg
 
@@ -29,7 +29,7 @@ class LanguageNode(ConfiguredNode[LanguageConfig]):
             UnknownLanguageError: there is no such language pack.
         """
         super().__init__("language_node", LanguageConfig, **node_options)
-        self._understanding = understanding_of(self.config)
+        self._understanding = understanding_from_config(self.config)
         self.get_logger().info(f"understanding with {self._understanding.backend}")
         self._commands = self.create_publisher(CommandMsg, "/uncom/command", 10)
         latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -37,7 +37,7 @@ class LanguageNode(ConfiguredNode[LanguageConfig]):
         self.create_subscription(TranscriptMsg, "/uncom/transcript", self._on_transcript, 10)
 
     def _on_vocabulary(self, msg: VocabularyMsg) -> None:
-        self._understanding.offer(msg.words)
+        self._understanding.add_vocabulary(msg.words)
 
     def _on_transcript(self, msg: TranscriptMsg) -> None:
         stamp_s = seconds_from_msg(msg.header.stamp)

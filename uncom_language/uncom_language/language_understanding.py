@@ -7,18 +7,18 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from uncom_language.exceptions import AnswerError, UnknownBackendError
-from uncom_language.llm.answer_interpretation import gist
+from uncom_language.llm.answer_interpretation import agreement_key
 from uncom_language.llm.chat_model import DEFAULT_MODEL, ChatModel
-from uncom_language.llm.llm_parser import Answering, LlmParser
-from uncom_language.parser.grammar_parser import BACKEND, GrammarParser, grammar_parser, parse_transcript
-from uncom_language.parser.lexical.asr_error_correction import repaired
-from uncom_language.parser.lexical.translation import in_detector_words
+from uncom_language.llm.llm_parser import ChatBackend, LlmParser
+from uncom_language.parser.grammar_parser import BACKEND, GrammarParser, load_parser, parse_transcript
+from uncom_language.parser.lexical.asr_error_correction import correct_nouns
+from uncom_language.parser.lexical.translation import translate_references
 from uncom_language.types import Act, Alternative, Command, Transcript
 
 BACKENDS = (BACKEND, "phi", "both")
 
 
-class Understanding:
+class LanguageUnderstanding:
     """The grammar, a language model, or both, looking at the recogniser's alternatives where words make no sense."""
 
     def __init__(
@@ -26,7 +26,7 @@ class Understanding:
         backend: str = BACKEND,
         language: str = "en",
         max_alternative_loss: float = 6.0,
-        make_model: Callable[[], Answering] | None = None,
+        make_model: Callable[[], ChatBackend] | None = None,
         model: str = "",
     ) -> None:
         """Load the back end.
@@ -47,10 +47,10 @@ class Understanding:
         if backend not in BACKENDS:
             raise UnknownBackendError("language", backend, BACKENDS)
         self._kind = backend
-        self._parser: GrammarParser = grammar_parser(language)
+        self._parser: GrammarParser = load_parser(language)
         self._language = language
         self._max_loss = max_alternative_loss
-        self._offered: tuple[str, ...] = ()
+        self._vocabulary: tuple[str, ...] = ()
         self._llm: LlmParser | None = None
         if backend != BACKEND:
             self._llm = LlmParser(
@@ -77,15 +77,15 @@ class Understanding:
             commands = self._by_grammar(transcript)
             if self._llm is not None:
                 commands = self._compared(commands, self._by_model(transcript))
-        mended = (
-            repaired(command, self._offered, transcript.alternatives, self._language, known_too=False)
+        corrected = (
+            correct_nouns(command, self._vocabulary, transcript.alternatives, self._language, closed_world=False)
             for command in commands
         )
-        return tuple(in_detector_words(command, self._language) for command in mended)
+        return tuple(translate_references(command, self._language) for command in corrected)
 
-    def offer(self, words: Iterable[str]) -> None:
-        """Say which further nouns may be meant; an unknown noun that sounds like one of them is taken for it."""
-        self._offered = (*self._offered, *(word for word in words if word not in self._offered))
+    def add_vocabulary(self, words: Iterable[str]) -> None:
+        """Add nouns that may be meant; an unknown noun that sounds like one of them is taken for it."""
+        self._vocabulary = (*self._vocabulary, *(word for word in words if word not in self._vocabulary))
 
     def _by_model(self, transcript: Transcript) -> tuple[Command, ...]:
         if self._llm is None:
@@ -103,7 +103,7 @@ class Understanding:
         if other.act is Act.COMMAND and all(command.act is Act.REFUSED for command in ours):
             note = f"only the language model understands this; the grammar says: {first.reason}"
             return (replace(other, backend=self.backend, notes=(*other.notes, note)),)
-        if (other.act, gist(other)) == (first.act, gist(first)):
+        if (other.act, agreement_key(other)) == (first.act, agreement_key(first)):
             note = "the language model agrees"
         else:
             note = f"the language model reads this otherwise: {_in_words(other)}"
@@ -134,5 +134,5 @@ def _is_broken(commands: tuple[Command, ...]) -> bool:
 def _in_words(command: Command) -> str:
     if command.act is not Act.COMMAND:
         return command.reason
-    primitive, relation, thing, place = gist(command)
+    primitive, relation, thing, place = agreement_key(command)
     return " - ".join(filter(None, [thing, primitive.value, relation.value if place else "", place]))

@@ -18,7 +18,7 @@ from uncom_common.conversions import seconds_from_msg
 from uncom_interfaces.msg import SpeechStatus as SpeechStatusMsg
 from uncom_interfaces.msg import Transcript as TranscriptMsg
 from uncom_interfaces.msg import Vocabulary as VocabularyMsg
-from uncom_language.back_end_factory import patience_of, recognizer_of
+from uncom_language.back_end_factory import end_of_turn_pause_from_config, recognizer_from_config
 from uncom_language.config import SpeechConfig
 from uncom_language.conversions import speech_status_to_msg, transcript_to_msg, vocabulary_from_msg
 from uncom_language.exceptions import LanguageError, SoundFormatError
@@ -27,7 +27,7 @@ from uncom_language.speech.audio.samples import decode_samples
 from uncom_language.speech.recognition.recognizer import Recognizer
 from uncom_language.speech.recognizer_factory import check_backend
 from uncom_language.speech.speech_status import SpeechStatus
-from uncom_language.speech.streaming_transcriber import Listener, ListenerOptions
+from uncom_language.speech.streaming_transcriber import StreamingTranscriber, TranscriberOptions
 from uncom_language.types import Transcript
 
 
@@ -50,11 +50,14 @@ class SpeechNode(ConfiguredNode[SpeechConfig]):
             depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.RELIABLE
         )
         self._statuses = self.create_publisher(SpeechStatusMsg, "/uncom/speech_status", 10)
-        options = ListenerOptions(
-            config.endpointer(), f"utterance-{uuid.uuid4().hex[:8]}", config.backlog_s, patience_of(config)
+        options = TranscriberOptions(
+            config.endpointer(),
+            f"utterance-{uuid.uuid4().hex[:8]}",
+            config.backlog_s,
+            end_of_turn_pause_from_config(config),
         )
-        self._listener = Listener(self._load, self._heard, self._status, options)
-        self._listener.start()
+        self._transcriber = StreamingTranscriber(self._load, self._heard, self._status, options)
+        self._transcriber.start()
         offered = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.create_subscription(VocabularyMsg, "/uncom/vocabulary", self._on_vocabulary, offered)
         self._vocabularies = 0
@@ -69,14 +72,14 @@ class SpeechNode(ConfiguredNode[SpeechConfig]):
             self.get_logger().info(f"listening to the microphone {self._microphone.name!r}")
 
     def _load(self) -> Recognizer:
-        recognizer = recognizer_of(self.config)
+        recognizer = recognizer_from_config(self.config)
         self.get_logger().info(f"hearing with {recognizer.backend}")
         return recognizer
 
     def _on_vocabulary(self, msg: VocabularyMsg) -> None:
         self._vocabularies += 1
         try:
-            self._listener.learn(vocabulary_from_msg(msg))
+            self._transcriber.add_words(vocabulary_from_msg(msg))
         except LanguageError as error:
             self.get_logger().error(str(error))
 
@@ -94,13 +97,13 @@ class SpeechNode(ConfiguredNode[SpeechConfig]):
             stamp_s = seconds_from_msg(msg.header.stamp)
             if stamp_s == 0.0:  # a sender without a clock: its sound ended just now
                 stamp_s = self.get_clock().now().nanoseconds * 1e-9 - samples.size / rate
-            self._listener.feed(samples, rate, stamp_s)
+            self._transcriber.feed(samples, rate, stamp_s)
         except SoundFormatError as error:
             self.get_logger().error(str(error), throttle_duration_sec=5.0)
 
     def _on_block(self, samples: npt.NDArray[np.int16], age_s: float) -> None:
         if self._microphone is not None:
-            self._listener.feed(
+            self._transcriber.feed(
                 samples, self._microphone.sample_rate, self.get_clock().now().nanoseconds * 1e-9 - age_s
             )
 
@@ -109,7 +112,7 @@ class SpeechNode(ConfiguredNode[SpeechConfig]):
 
         Whoever plays a bag holds it for that, so that no answer depends on the pace.
         """
-        response.success = self._listener.idle
+        response.success = self._transcriber.idle
         response.message = str(self._vocabularies)
         return response
 
@@ -124,7 +127,7 @@ class SpeechNode(ConfiguredNode[SpeechConfig]):
         """Stop the worker, then the node."""
         if self._microphone is not None:
             self._microphone.stop()
-        self._listener.stop()
+        self._transcriber.stop()
         super().destroy_node()
 
 

@@ -116,7 +116,7 @@ class Reference:
         comparison, compared_to: "the one with the same colour as this" is same_colour and "this"; values: same_* and
             other_* with colour, size, shape, material, kind; similar, different; bigger, smaller, taller, shorter;
             nearest, farthest. No anchor stands for these.
-        heard: the words as they were heard where one was repaired; else empty.
+        heard: the words as they were heard where one was corrected; else empty.
     """
 
     text: str

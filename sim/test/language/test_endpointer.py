@@ -10,8 +10,9 @@ from simulated_speech import say
 from uncom_common.exceptions import InvalidConfigError
 from uncom_language.exceptions import SoundFormatError
 from uncom_language.speech.audio.samples import decode_samples
-from uncom_language.speech.endpointing.endpointer import EndpointerConfig, UtteranceStream
-from uncom_language.speech.pocketsphinx.noise_floor import with_floor
+from uncom_language.speech.endpointing.endpointer import Endpointer
+from uncom_language.speech.endpointing.options import EndpointerOptions
+from uncom_language.speech.pocketsphinx.noise_floor import add_noise_floor
 
 RATE = 16000
 
@@ -21,7 +22,7 @@ def hush(seconds, seed=0, level=4.0):
 
 
 def cut(sound, chunk=800, rate=RATE, start_s=0.0, stream=None):
-    stream = stream or UtteranceStream(sample_rate=rate)
+    stream = stream or Endpointer(sample_rate=rate)
     segments = []
     for position in range(0, len(sound), chunk):
         segments += stream.feed(sound[position : position + chunk], start_s + position / rate)
@@ -86,8 +87,8 @@ def test_silence_and_steady_noise_are_no_utterance():
 
 def test_endless_speech_is_cut_and_memory_stays_bounded():
     sound, _ = spoken("the banana and the apple and the lemon and the orange and the pear", lead_s=0.0, tail_s=0.0)
-    config = EndpointerConfig(max_length_s=3.0, hang_over_s=2.0)
-    stream = UtteranceStream(config)
+    config = EndpointerOptions(max_length_s=3.0, hang_over_s=2.0)
+    stream = Endpointer(config)
     segments = cut(np.tile(sound, 10), stream=stream)
     assert all(len(segment.samples) <= 3.1 * RATE for segment in segments)
 
@@ -95,7 +96,7 @@ def test_endless_speech_is_cut_and_memory_stays_bounded():
 def test_a_gap_in_the_stamps_ends_the_utterance():
     sound, _ = spoken(lead_s=0.5)
     half = len(sound) // 2
-    stream = UtteranceStream()
+    stream = Endpointer()
     assert stream.feed(sound[:half], 10.0) == []
     (segment,) = stream.feed(hush(1.0), 60.0)
     assert segment.end_s < 10.0 + half / RATE + 0.1
@@ -104,9 +105,9 @@ def test_a_gap_in_the_stamps_ends_the_utterance():
 
 def test_digital_silence_between_words_gets_a_floor_and_real_noise_is_left_alone():
     clean = say("put it here").samples
-    assert np.std(with_floor(clean)[:4000]) > 1.0
+    assert np.std(add_noise_floor(clean)[:4000]) > 1.0
     noisy = say("put it here", snr_db=20).samples
-    assert np.array_equal(with_floor(noisy), noisy)
+    assert np.array_equal(add_noise_floor(noisy), noisy)
 
 
 def test_message_formats_are_read_and_unknown_ones_named():
@@ -121,4 +122,4 @@ def test_message_formats_are_read_and_unknown_ones_named():
 
 def test_bad_settings_are_refused():
     with pytest.raises(InvalidConfigError, match="hang_over_s"):
-        EndpointerConfig(hang_over_s=0.0)
+        EndpointerOptions(hang_over_s=0.0)

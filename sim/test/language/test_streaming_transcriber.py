@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from simulated_speech import say
 from uncom_language.exceptions import RecognizerError, SoundFormatError
-from uncom_language.parser.end_of_turn import patience_s
+from uncom_language.parser.end_of_turn import end_of_turn_pause_s
 from uncom_language.speech import make_recognizer
-from uncom_language.speech.endpointing.endpointer import EndpointerConfig
+from uncom_language.speech.endpointing.options import EndpointerOptions
 from uncom_language.speech.pocketsphinx.pocketsphinx_recognizer import PocketSphinxRecognizer
-from uncom_language.speech.streaming_transcriber import Listener, ListenerOptions
+from uncom_language.speech.streaming_transcriber import StreamingTranscriber, TranscriberOptions
 
 RATE = 16000
 QUICK_S, FULL_S = 0.18, 0.6
@@ -26,13 +26,13 @@ class Ear:
     def __init__(self, patience=True, recognizer=make_recognizer, backlog_s=120.0):
         self.transcripts, self.at_s, self.statuses = [], [], []
         self.clock_s = 0.0
-        options = ListenerOptions(
-            EndpointerConfig(hang_over_s=FULL_S),
+        options = TranscriberOptions(
+            EndpointerOptions(hang_over_s=FULL_S),
             "test",
             backlog_s,
-            (lambda words: patience_s(words, QUICK_S, FULL_S)) if patience else None,
+            (lambda words: end_of_turn_pause_s(words, QUICK_S, FULL_S)) if patience else None,
         )
-        self.listener = Listener(recognizer, self._keep, self.statuses.append, options)
+        self.listener = StreamingTranscriber(recognizer, self._keep, self.statuses.append, options)
         self.listener.start()
 
     def _keep(self, transcript):
@@ -99,13 +99,13 @@ def test_words_and_times_are_the_same_however_the_sound_is_cut():
     ],
 )
 def test_half_a_command_is_waited_for_longer_than_a_whole_one(shorter, longer):
-    assert patience_s(shorter, QUICK_S, FULL_S) == QUICK_S
-    assert patience_s(longer, QUICK_S, FULL_S) > 1.5 * QUICK_S
+    assert end_of_turn_pause_s(shorter, QUICK_S, FULL_S) == QUICK_S
+    assert end_of_turn_pause_s(longer, QUICK_S, FULL_S) > 1.5 * QUICK_S
 
 
 def test_words_that_are_offered_are_heard_from_then_on():
     ear = Ear(recognizer=PocketSphinxRecognizer)
-    ear.listener.learn({"gizmo": "G IH Z M OW", "flange": ""})
+    ear.listener.add_words({"gizmo": "G IH Z M OW", "flange": ""})
     try:
         assert ear.hear(say("put the gizmo next to the flange", snr_db=25).samples) == [
             "put the gizmo next to the flange"

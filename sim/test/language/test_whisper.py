@@ -11,6 +11,7 @@ from simulated_speech import say
 from uncom_common.exceptions import ModelNotFoundError
 from uncom_language.speech.recognition.recognizer import Recognition
 from uncom_language.speech.recognizer_factory import make_recognizer
+from uncom_language.speech.whisper.options import WhisperOptions
 from uncom_language.speech.whisper.whisper_recognizer import WhisperRecognizer, words_of_chunks
 
 RATE = 16000
@@ -65,7 +66,7 @@ def tiny_whisper(tmp_path_factory):
 
 @pytest.mark.parametrize("language", ["en", pytest.param("de", marks=pytest.mark.slow)])
 def test_a_model_with_random_weights_runs_from_a_folder_to_timed_words(tiny_whisper, language):
-    recognizer = WhisperRecognizer(str(tiny_whisper), language, device="cpu", hypotheses=2)
+    recognizer = WhisperRecognizer(str(tiny_whisper), language, device="cpu", options=WhisperOptions(hypotheses=2))
     sound = say("take the lemon", snr_db=30).samples
     heard = recognizer.transcribe(sound, RATE)
     assert isinstance(heard, Recognition)
@@ -76,7 +77,7 @@ def test_a_model_with_random_weights_runs_from_a_folder_to_timed_words(tiny_whis
 
 @pytest.mark.slow
 def test_long_sound_goes_in_chunks(tiny_whisper):
-    recognizer = WhisperRecognizer(str(tiny_whisper), device="cpu", hypotheses=1)
+    recognizer = WhisperRecognizer(str(tiny_whisper), device="cpu", options=WhisperOptions(hypotheses=1))
     sound = np.tile(say("take the lemon", snr_db=30).samples, 14)
     assert len(sound) > 32 * RATE
     heard = recognizer.transcribe(sound, RATE)

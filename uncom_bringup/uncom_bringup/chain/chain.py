@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from uncom_common.exceptions import UncomError
-from uncom_language.back_end_factory import recognizer_of, understanding_of
+from uncom_language.back_end_factory import recognizer_from_config, understanding_from_config
 from uncom_language.types import Act, Command, Transcript
 from uncom_perception.hands.backends import load_hand_detectors, make_gesture_reader
 from uncom_perception.hands.bridge import HandBridge
@@ -81,8 +81,8 @@ class Chain:
             UncomError: a back end cannot be loaded.
         """
         self.config = config or ChainConfig()
-        self._recognizer = recognizer_of(self.config.speech)
-        self._understanding = understanding_of(self.config.language)
+        self._recognizer = recognizer_from_config(self.config.speech)
+        self._understanding = understanding_from_config(self.config.language)
         self._hand_detectors = load_hand_detectors(self.config.gesture)
         self._detector = detector_of(self.config.detection, segmenter_of(self.config.detection))
         self._weights: Weights = load_weights(self.config.reasoner.weights_file)

@@ -6,11 +6,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from uncom_language.back_end_factory import patience_of
+from uncom_language.back_end_factory import end_of_turn_pause_from_config
 from uncom_language.config import SpeechConfig
 from uncom_language.speech.recognition.recognizer import Recognizer
 from uncom_language.speech.speech_status import SpeechState, SpeechStatus
-from uncom_language.speech.streaming_transcriber import Listener, ListenerOptions
+from uncom_language.speech.streaming_transcriber import StreamingTranscriber, TranscriberOptions
 from uncom_language.types import Transcript
 from uncom_perception.hands.attention import expected_after_speech, expected_after_words
 
@@ -60,8 +60,10 @@ def hear(recognizer: Recognizer, speech: SpeechConfig, attention_s: float, recor
         if status.state is SpeechState.SPEECH:
             attention.append(Attention(now_s, expected_after_speech(status.examined_until_s, attention_s)))
 
-    options = ListenerOptions(speech.endpointer(), "utterance", speech.backlog_s, patience_of(speech))
-    listener = Listener(lambda: recognizer, on_transcript, on_status, options)
+    options = TranscriberOptions(
+        speech.endpointer(), "utterance", speech.backlog_s, end_of_turn_pause_from_config(speech)
+    )
+    listener = StreamingTranscriber(lambda: recognizer, on_transcript, on_status, options)
     rate = recording.sample_rate
     sound = np.concatenate([recording.samples, np.zeros(round(_QUIET_S * rate), np.int16)])
     step = round(_CHUNK_S * rate)

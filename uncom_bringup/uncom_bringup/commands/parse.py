@@ -85,15 +85,15 @@ def _reader(options: argparse.Namespace) -> Callable[[str], Sequence[Command]]:
     Raises:
         BadInputError: no such language or back end, or its libraries or weights are missing.
     """
-    from uncom_language.language_understanding import Understanding  # noqa: PLC0415
+    from uncom_language.language_understanding import LanguageUnderstanding  # noqa: PLC0415
 
     from uncom_language import parser  # noqa: PLC0415  (only when it runs)
 
     try:
         if options.backend == "grammar":
-            parser.grammar_parser(options.language)
+            parser.load_parser(options.language)
             return lambda text: parser.parse_text(text, options.language)
-        understanding = Understanding(options.backend, options.language, model=options.model)
+        understanding = LanguageUnderstanding(options.backend, options.language, model=options.model)
     except UncomError as error:
         raise BadInputError(str(error)) from error
     return lambda text: understanding.understand(parser.typed_transcript(text, options.language))

@@ -9,7 +9,7 @@ from typing import Any
 
 from uncom_common.primitive import Primitive
 
-from uncom_language.parser.grammar_parser import even_spans, grammar_parser
+from uncom_language.parser.grammar_parser import even_spans, load_parser
 from uncom_language.parser.lexical.tagger import split_text
 from uncom_language.types import Act, Command, Reference, Relation, Span, Transcript
 
@@ -20,7 +20,7 @@ _ASK = {
 
 
 def command_from_answer(answer: Mapping[str, Any], transcript: Transcript, language: str, backend: str) -> Command:
-    """Return the command that a checked, refined answer means.
+    """Return the command that a validated, refined answer means.
 
     The model finds the three parts; which primitive and relation they are is read by the grammar from their words.
     """
@@ -53,7 +53,7 @@ def command_from_answer(answer: Mapping[str, Any], transcript: Transcript, langu
 
 def _by_grammar(order: str, language: str) -> Command | None:
     spans = even_spans(sum(not item.is_break for item in split_text(order)))
-    found: Sequence[Command] = grammar_parser(language).parse(order, spans)
+    found: Sequence[Command] = load_parser(language).parse(order, spans)
     return found[-1] if found[-1].act in (Act.COMMAND, Act.INCOMPLETE) else None
 
 
@@ -74,7 +74,7 @@ def _reference(part: Mapping[str, Any] | None, read: Reference | None) -> Refere
     return replace(read, span=span, deictic_span=deictic, concrete=bool(part["concrete"]))
 
 
-def gist(command: Command) -> tuple[Primitive, Relation, str, str]:
+def agreement_key(command: Command) -> tuple[Primitive, Relation, str, str]:
     """Return what two readings of the same words must share to agree."""
     thing = command.object.head if command.object else ""
     place = command.target.head if command.target else ""

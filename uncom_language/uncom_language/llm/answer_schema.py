@@ -43,7 +43,7 @@ def answer_schema(*, refined: bool) -> dict[str, Any]:
     return {"type": "object", "properties": parts, "required": list(parts), "additionalProperties": False}
 
 
-def checked(text: str, *, refined: bool, words: str) -> dict[str, Any]:
+def validate_answer(text: str, *, refined: bool, words: str) -> dict[str, Any]:
     """Return an answer as data.
 
     Args:

@@ -13,7 +13,7 @@ import yaml
 
 from uncom_language.exceptions import AnswerError, UnknownLanguageError
 from uncom_language.llm.answer_interpretation import command_from_answer
-from uncom_language.llm.answer_schema import answer_schema, checked
+from uncom_language.llm.answer_schema import answer_schema, validate_answer
 from uncom_language.types import Act, Command, Transcript, Word
 
 PACKS = Path(__file__).parent / "packs"
@@ -21,7 +21,7 @@ _RETRIES = 1
 _WORD_S = 0.4
 
 
-class Answering(Protocol):
+class ChatBackend(Protocol):
     """What the parser needs of a model."""
 
     name: str
@@ -31,7 +31,7 @@ class Answering(Protocol):
 
 
 @cache
-def prompts(language: str) -> tuple[str, str, tuple[Mapping[str, Any], ...]]:
+def load_prompts(language: str) -> tuple[str, str, tuple[Mapping[str, Any], ...]]:
     """Return both prompts and the examples of a language.
 
     Raises:
@@ -48,7 +48,7 @@ def prompts(language: str) -> tuple[str, str, tuple[Mapping[str, Any], ...]]:
 class LlmParser:
     """Asks a model twice: what object, action and target are, then which of them are concrete."""
 
-    def __init__(self, model: Answering, language: str = "en") -> None:
+    def __init__(self, model: ChatBackend, language: str = "en") -> None:
         """Keep the model and read the prompts.
 
         Raises:
@@ -56,7 +56,7 @@ class LlmParser:
         """
         self._model = model
         self._language = language
-        self._extract, self._refine, self._shots = prompts(language)
+        self._extract, self._refine, self._shots = load_prompts(language)
 
     @property
     def backend(self) -> str:
@@ -72,7 +72,7 @@ class LlmParser:
         if not transcript.words:
             return (Command(transcript.utterance_id, Act.REFUSED, "", reason="I heard no words", backend=self.backend),)
         messages = [{"role": "system", "content": self._extract}, *self._examples()]
-        messages.append({"role": "user", "content": transcription(transcript.words)})
+        messages.append({"role": "user", "content": whisper_json(transcript.words)})
         self._ask(messages, transcript, refined=False)
         messages.append({"role": "user", "content": self._refine})
         answer = self._ask(messages, transcript, refined=True)
@@ -86,7 +86,7 @@ class LlmParser:
             text = self._model.answer([dict(message) for message in messages], schema)
             messages.append({"role": "assistant", "content": text})
             try:
-                return checked(text, refined=refined, words=transcript.text)
+                return validate_answer(text, refined=refined, words=transcript.text)
             except AnswerError as error:
                 why = str(error)
                 messages.append({"role": "user", "content": f"That cannot be used: {why}. Answer again, JSON only."})
@@ -103,7 +103,7 @@ class LlmParser:
                 for name, part in shot["extracted"].items()
             }
             made += [
-                {"role": "user", "content": transcription(words)},
+                {"role": "user", "content": whisper_json(words)},
                 {"role": "assistant", "content": json.dumps(shot["extracted"])},
                 {"role": "user", "content": self._refine},
                 {"role": "assistant", "content": json.dumps(refined)},
@@ -111,7 +111,7 @@ class LlmParser:
         return made
 
 
-def transcription(words: tuple[Word, ...]) -> str:
+def whisper_json(words: tuple[Word, ...]) -> str:
     """Return words as Whisper's JSON: text, and chunks with timestamps [s]."""
     return json.dumps(
         {

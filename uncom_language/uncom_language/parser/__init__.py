@@ -4,7 +4,7 @@
 from uncom_language.parser.command_json import command_to_json, reference_to_json, sentence_to_json
 from uncom_language.parser.grammar_parser import (
     GrammarParser,
-    grammar_parser,
+    load_parser,
     parse_text,
     parse_transcript,
     typed_transcript,
@@ -13,7 +13,7 @@ from uncom_language.parser.grammar_parser import (
 __all__ = [
     "GrammarParser",
     "command_to_json",
-    "grammar_parser",
+    "load_parser",
     "parse_text",
     "parse_transcript",
     "reference_to_json",

@@ -7,8 +7,8 @@ from collections.abc import Callable, Container
 from dataclasses import dataclass
 
 from uncom_language.parser.lexical.lexicon import Lexicon, Phrase
-from uncom_language.parser.lexical.tagger import without_fillers
-from uncom_language.parser.lexical.tokens import Item
+from uncom_language.parser.lexical.tagger import remove_fillers
+from uncom_language.parser.lexical.tokens import RawToken
 from uncom_language.types import Act
 
 _ACTS = {"stop": Act.STOP, "cancel": Act.CANCEL, "yes": Act.YES, "no": Act.NO}
@@ -21,24 +21,24 @@ class Opening:
     """A dialogue act (or none), the words behind it, and whether these change what was said before."""
 
     act: Act | None = None
-    rest: tuple[Item, ...] = ()
+    rest: tuple[RawToken, ...] = ()
     amends: bool = False
 
 
-class ActReader:
+class DialogueActReader:
     """Takes dialogue acts off an utterance."""
 
-    def __init__(self, lexicon: Lexicon, parses: Callable[[tuple[Item, ...]], bool]) -> None:
+    def __init__(self, lexicon: Lexicon, parses: Callable[[tuple[RawToken, ...]], bool]) -> None:
         """Keep the lexicon and the test whether words are a sentence of the grammar."""
         self._lexicon = lexicon
         self._parses = parses
 
-    def read(self, items: tuple[Item, ...]) -> Opening:
+    def read(self, items: tuple[RawToken, ...]) -> Opening:
         """Return what the utterance opens with."""
         words = _words(items)
         if words in self._lexicon.social and words not in self._lexicon.acts:
             return Opening(rest=items)
-        kept = tuple(without_fillers(items, self._lexicon))
+        kept = tuple(remove_fillers(items, self._lexicon))
         opening = self._split(kept)
         act = self._whole_act(words, _words(kept), _words(opening.rest))
         if act is None:
@@ -55,7 +55,7 @@ class ActReader:
             return next(act for act in _CAREFUL if act in several)
         return _ACTS[acts[rest]] if rest in acts else None
 
-    def _act_of_broken(self, items: tuple[Item, ...], words: Phrase, opening: Opening) -> Act | None:
+    def _act_of_broken(self, items: tuple[RawToken, ...], words: Phrase, opening: Opening) -> Act | None:
         """Return stop or cancel, where one is said and the rest makes no sentence."""
         first, last = self._act_at_start(words), self._act_at_end(words)
         said = Act.STOP if Act.STOP in (first, last) else first if first is Act.CANCEL else None
@@ -65,12 +65,12 @@ class ActReader:
         amended = opening.amends and opening.act is Act.NO and last is not Act.STOP and self._parses(opening.rest)
         return None if amended else said
 
-    def refusal(self, items: tuple[Item, ...]) -> str:
+    def refusal(self, items: tuple[RawToken, ...]) -> str:
         """Return why words cannot be a command, by their beginning; empty if they may."""
         words = _words(items)
         if words in self._lexicon.social:
             return "that is no command for me"
-        for start in dict.fromkeys((words, _words(tuple(without_fillers(items, self._lexicon))))):
+        for start in dict.fromkeys((words, _words(tuple(remove_fillers(items, self._lexicon))))):
             if self._begins(start, self._lexicon.negations):
                 return "I was told not to do something; I do nothing"
             if self._begins(start, self._lexicon.idioms, or_known=False):
@@ -108,7 +108,7 @@ class ActReader:
                 return _ACTS[self._lexicon.acts[words[start:]]]
         return None
 
-    def _split(self, items: tuple[Item, ...]) -> Opening:
+    def _split(self, items: tuple[RawToken, ...]) -> Opening:
         """Take "yes", "no", "I meant" off the front, "instead" off the end."""
         lexicon = self._lexicon
         act: Act | None = None
@@ -133,14 +133,14 @@ class ActReader:
         trimmed = self._without_end(items)
         return Opening(act, trimmed, amends or len(trimmed) < len(items))
 
-    def _without_end(self, items: tuple[Item, ...]) -> tuple[Item, ...]:
+    def _without_end(self, items: tuple[RawToken, ...]) -> tuple[RawToken, ...]:
         for length in (3, 2, 1):
             if len(items) > length and tuple(item.text for item in items[-length:]) in self._lexicon.amends_after:
                 return items[:-length]
         return items
 
 
-def _words(items: tuple[Item, ...]) -> Phrase:
+def _words(items: tuple[RawToken, ...]) -> Phrase:
     return tuple(item.text for item in items if not item.is_break)
 
 

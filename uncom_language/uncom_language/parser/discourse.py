@@ -27,7 +27,7 @@ class Utterance:
     amends: bool = False  # it began with "no", "I meant": what follows changes the last command
 
 
-def combine(said: Utterance, clauses: Sequence[Clause]) -> list[Command]:
+def commands_from_clauses(said: Utterance, clauses: Sequence[Clause]) -> list[Command]:
     """Join "take X" with "put it there", carry pronouns and verbs over, and split things that go together."""
     commands: list[Command] = []
     held: Clause | None = None

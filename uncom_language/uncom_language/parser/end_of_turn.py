@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from uncom_common.primitive import Primitive
 
-from uncom_language.parser.grammar_parser import grammar_parser, parse_text
+from uncom_language.parser.grammar_parser import load_parser, parse_text
 from uncom_language.types import Act, Command, Reference, Relation
 
 _AT_ONCE = frozenset({Act.STOP, Act.CANCEL, Act.YES})
 
 
-def patience_s(words: str, quick_s: float, full_s: float, language: str = "en") -> float:
+def end_of_turn_pause_s(words: str, quick_s: float, full_s: float, language: str = "en") -> float:
     """Return the pause [s] after which an utterance of these words is over.
 
     Args:
@@ -22,7 +22,7 @@ def patience_s(words: str, quick_s: float, full_s: float, language: str = "en") 
     """
     if not words:
         return full_s
-    ones = grammar_parser(language).lexicon.ones
+    ones = load_parser(language).lexicon.ones
     return full_s if any(_may_go_on(command, ones) for command in parse_text(words, language)) else quick_s
 
 

@@ -10,23 +10,23 @@ from functools import cache
 import lark
 from uncom_common.primitive import Primitive
 
-from uncom_language.parser.dialogue_acts import ActReader
-from uncom_language.parser.discourse import Utterance, combine
+from uncom_language.parser.dialogue_acts import DialogueActReader
+from uncom_language.parser.discourse import Utterance, commands_from_clauses
 from uncom_language.parser.lexical.lexicon import Lexicon, load_lexicon
 from uncom_language.parser.lexical.tagger import (
     Tagger,
+    remove_false_starts,
+    remove_fillers,
+    remove_repetitions,
     split_text,
-    without_false_starts,
-    without_fillers,
-    without_stutter,
 )
-from uncom_language.parser.lexical.tokens import Item, Token
-from uncom_language.parser.syntax import self_repair as repair
+from uncom_language.parser.lexical.tokens import RawToken, Token
 from uncom_language.parser.syntax.clause import Clause
 from uncom_language.parser.syntax.clause_reader import ClauseReader
 from uncom_language.parser.syntax.grammar import NotInGrammarError, Tree, children, load_grammar, parse_tokens
-from uncom_language.parser.syntax.locative_phrases import Timing
-from uncom_language.parser.syntax.support_surfaces import on_support
+from uncom_language.parser.syntax.locative_phrases import WordTiming
+from uncom_language.parser.syntax.self_repair import apply_self_repairs
+from uncom_language.parser.syntax.support_surfaces import resolve_support_part
 from uncom_language.types import Act, Command, Relation, Span, Transcript, Word
 
 BACKEND = "grammar"
@@ -40,7 +40,7 @@ _BEGUN_PLACES = frozenset({"RELATION", "TO", "BETWEEN"})
 
 
 @cache
-def grammar_parser(language: str = "en") -> GrammarParser:
+def load_parser(language: str = "en") -> GrammarParser:
     """Return the (shared) parser of a language."""
     return GrammarParser(language)
 
@@ -56,7 +56,7 @@ class GrammarParser:
         """
         self.lexicon: Lexicon = load_lexicon(language)
         self._tagger = Tagger(self.lexicon)
-        self._acts = ActReader(self.lexicon, self._parses)
+        self._acts = DialogueActReader(self.lexicon, self._parses)
         load_grammar(language)
 
     @property
@@ -80,7 +80,7 @@ class GrammarParser:
         if refusal:
             found = [_refused(said, f"{said.text!r}: {refusal}")]
         elif opening.rest:
-            found = self._clauses(said, opening.rest, Timing(tuple(spans)), answered=opening.act is not None)
+            found = self._clauses(said, opening.rest, WordTiming(tuple(spans)), answered=opening.act is not None)
         amended = any(command.act is Act.CORRECTION for command in found)
         if opening.act in (Act.YES, Act.NO) and found and found[-1].act is Act.REFUSED:
             # "No, that is not what I meant" is a no; "yes, but ..." is no consent to be relied on.
@@ -94,14 +94,14 @@ class GrammarParser:
             replace(command, index=index, count=len(found), backend=self.backend) for index, command in enumerate(found)
         )
 
-    def _parses(self, items: tuple[Item, ...]) -> bool:
+    def _parses(self, items: tuple[RawToken, ...]) -> bool:
         try:
             self._tree(items)
         except NotInGrammarError:
             return False
         return True
 
-    def _tree(self, items: tuple[Item, ...]) -> Tree:
+    def _tree(self, items: tuple[RawToken, ...]) -> Tree:
         """Parse words; where they make no sentence, they are tried without what is said twice or begun in vain.
 
         Raises:
@@ -110,19 +110,19 @@ class GrammarParser:
         try:
             return self._tree_of(items)
         except NotInGrammarError:
-            once = without_stutter(items)
-            once = without_false_starts(once, self._tagger.tag(without_fillers(once, self.lexicon)))
+            once = remove_repetitions(items)
+            once = remove_false_starts(once, self._tagger.tag(remove_fillers(once, self.lexicon)))
             if len(once) == len(items):
                 raise
             return self._tree_of(once)
 
-    def _tree_of(self, items: tuple[Item, ...]) -> Tree:
+    def _tree_of(self, items: tuple[RawToken, ...]) -> Tree:
         """Parse words; where the likeliest classes make no sentence, others are tried.
 
         Raises:
             NotInGrammarError: they are no sentence.
         """
-        kept = without_fillers(items, self.lexicon)
+        kept = remove_fillers(items, self.lexicon)
         tokens = self._tagger.tag(kept)
         if not tokens:
             raise NotInGrammarError(None, ())
@@ -139,7 +139,7 @@ class GrammarParser:
             raise
 
     def _other_readings(
-        self, items: Sequence[Item], tokens: list[Token], error: NotInGrammarError
+        self, items: Sequence[RawToken], tokens: list[Token], error: NotInGrammarError
     ) -> Iterator[tuple[Token, str]]:
         """Yield other classes for the word that does not fit and for the two before it."""
         misfit = next((i for i, token in enumerate(tokens) if token is error.token), len(tokens) - 1)
@@ -148,28 +148,30 @@ class GrammarParser:
                 for tag in self._tagger.other_tags(items, tokens[position]):
                     yield tokens[position], tag
 
-    def _clauses(self, said: Utterance, items: tuple[Item, ...], timing: Timing, *, answered: bool) -> list[Command]:
+    def _clauses(
+        self, said: Utterance, items: tuple[RawToken, ...], timing: WordTiming, *, answered: bool
+    ) -> list[Command]:
         refusal = self._acts.refusal(items)
         if refusal:
             return [_refused(said, f"{said.text!r}: {refusal}")]
-        reading = repair.best_reading(items, self.lexicon, self._tagger)
+        repaired = apply_self_repairs(items, self.lexicon, self._tagger)
         try:
-            clauses = self._read(reading.items, timing)
+            clauses = self._read(repaired.items, timing)
         except NotInGrammarError as error:
-            clauses = self._broken_off(reading.items, timing)
+            clauses = self._broken_off(repaired.items, timing)
             if not clauses:
                 return [_refused(said, _why_refused(error, said.text))]
         reason = self._why_not(clauses)
         if reason:
             return [_refused(said, reason)]
-        commands = [on_support(command, self.lexicon) for command in combine(said, clauses)]
+        commands = [resolve_support_part(command, self.lexicon) for command in commands_from_clauses(said, clauses)]
         if all(command.act is Act.FRAGMENT and _only_it(command) for command in commands):
             return [_refused(said, f"{said.text!r} is no command for me")]
         if all(command.act is Act.INCOMPLETE and not _names_thing(command) for command in commands) and not answered:
             return [_refused(said, f"{said.text!r} is no command for me")]
-        return [replace(command, notes=(*command.notes, *reading.notes)) for command in commands]
+        return [replace(command, notes=(*command.notes, *repaired.notes)) for command in commands]
 
-    def _read(self, items: tuple[Item, ...], timing: Timing) -> list[Clause]:
+    def _read(self, items: tuple[RawToken, ...], timing: WordTiming) -> list[Clause]:
         tree = self._tree(items)
         reader = ClauseReader(self.lexicon, timing)
         return [reader.read(child) for child in children(tree) if isinstance(child, lark.Tree)]
@@ -190,9 +192,9 @@ class GrammarParser:
         thrown = any(said.startswith(f"{verb} ") for verb in self.lexicon.raw.get("thrown", ()))
         return thrown and bool(clause.objects) and clause.target is None and not clause.placed
 
-    def _broken_off(self, items: tuple[Item, ...], timing: Timing) -> list[Clause]:
+    def _broken_off(self, items: tuple[RawToken, ...], timing: WordTiming) -> list[Clause]:
         """Read a sentence that ends within a phrase ("put the cup on the"); nothing if it is none."""
-        kept = without_fillers(items, self.lexicon)
+        kept = remove_fillers(items, self.lexicon)
         begun: list[Token] = []
         tokens = self._tagger.tag(kept)
         while tokens and tokens[-1].tag in _BEGUN:
@@ -240,7 +242,7 @@ def even_spans(count: int) -> tuple[Span, ...]:
 def parse_text(text: str, language: str = "en") -> tuple[Command, ...]:
     """Parse typed text; word times are made up from the words' positions."""
     count = sum(not item.is_break for item in split_text(text))
-    return grammar_parser(language).parse(text, even_spans(count))
+    return load_parser(language).parse(text, even_spans(count))
 
 
 def typed_transcript(text: str, language: str = "en") -> Transcript:
@@ -258,4 +260,4 @@ def parse_transcript(transcript: Transcript, language: str | None = None) -> tup
         # One recognised word may be several of ours ("left-hand"): they share its time.
         parts = sum(not item.is_break for item in split_text(word.text))
         pieces.extend([Span(word.start_s, word.end_s)] * parts)
-    return grammar_parser(language or transcript.language).parse(transcript.text, pieces, transcript.utterance_id)
+    return load_parser(language or transcript.language).parse(transcript.text, pieces, transcript.utterance_id)

@@ -9,8 +9,8 @@ from typing import Any
 
 from uncom_language.speech.audio.samples import SAMPLE_RATE
 from uncom_language.speech.audio.sound_files import read_sound
-from uncom_language.speech.endpointing.endpointer import UtteranceStream
-from uncom_language.speech.recognition.timestamps import shifted_transcript
+from uncom_language.speech.endpointing.endpointer import Endpointer
+from uncom_language.speech.recognition.timestamps import transcript_of_segment
 from uncom_language.speech.recognizer_factory import make_recognizer
 from uncom_language.types import Transcript, Word
 
@@ -29,13 +29,13 @@ def transcribe_file(
     sound = read_sound(path)
     started = monotonic()
     recognizer = make_recognizer(backend, language, model=model)
-    stream = UtteranceStream()
+    stream = Endpointer()
     segments = [*stream.feed(sound, 0.0), *stream.flush()]
     words: list[Word] = []
     alternatives: Transcript | None = None
     for segment in segments:
         heard = recognizer.transcribe(segment.samples, SAMPLE_RATE)
-        made = shifted_transcript(heard, segment.start_s, "", recognizer)
+        made = transcript_of_segment(heard, segment.start_s, "", recognizer)
         words.extend(made.words)
         alternatives = made
     return Transcript(

@@ -12,14 +12,14 @@ from rapidfuzz.distance import DamerauLevenshtein, JaroWinkler
 from uncom_language.parser.lexical.lexicon import Lexicon, load_lexicon
 from uncom_language.types import Act, Alternative, Command, Reference
 
-# How much of the likeness of two words is that of their sounds (Metaphone); the rest is their spelling.
+# How much of the similarity of two words is that of their sounds (Metaphone); the rest is their spelling.
 _SOUND = 0.65
 _ALIKE = 0.78  # "ball" and "bowl" 0.88, "pair" and "pear" 0.95; but "spoon" and "spool" 0.76, "can" and "pan" 0.60
 _MARGIN = 0.08  # the second likest must be less alike by this
 
 
 @dataclass(frozen=True, slots=True)
-class Repair:
+class WordCorrection:
     """A word that was replaced, and why."""
 
     heard: str
@@ -32,16 +32,16 @@ class Repair:
         return f"heard {self.heard!r}, taken as {self.meant!r}: {', '.join(self.evidence)}"
 
 
-def likeness(first: str, second: str) -> float:
+def word_similarity(first: str, second: str) -> float:
     """Return how alike two words sound and are written, 0 to 1."""
     sounds = jellyfish.metaphone(first), jellyfish.metaphone(second)
     sound = DamerauLevenshtein.normalized_similarity(*sounds) if all(sounds) else 0.0
     return _SOUND * float(sound) + (1.0 - _SOUND) * float(JaroWinkler.similarity(first, second))
 
 
-def find_repair(
+def find_correction(
     heard: str, seen: Iterable[str], alternatives: Sequence[Alternative] = (), lexicon: Lexicon | None = None
-) -> Repair | None:
+) -> WordCorrection | None:
     """Return what a noun was meant to be, None if it stands.
 
     A word stands if it is seen, or if nothing that is seen (or that the recogniser also heard) sounds like it. A word
@@ -60,7 +60,7 @@ def find_repair(
         return None
     heard_too = {lexicon.singular.get(word.text, word.text) for other in alternatives for word in other.words}
     candidates = set(there) if known else there | (heard_too & set(lexicon.noun_class))
-    ranked = sorted(((likeness(heard, word), word) for word in candidates - {heard}), reverse=True)
+    ranked = sorted(((word_similarity(heard, word), word) for word in candidates - {heard}), reverse=True)
     if not ranked or ranked[0][0] < _ALIKE:
         return None
     best, meant = ranked[0]
@@ -73,16 +73,16 @@ def find_repair(
         evidence.append("the recogniser heard it as well")
     if not known:
         evidence.append(f"{heard!r} is no word I know")
-    return Repair(heard, meant, tuple(evidence))
+    return WordCorrection(heard, meant, tuple(evidence))
 
 
-def repaired(
+def correct_nouns(
     command: Command,
     seen: Iterable[str],
     alternatives: Sequence[Alternative] = (),
     language: str = "en",
     *,
-    known_too: bool = True,
+    closed_world: bool = True,
 ) -> Command:
     """Return the command with misheard nouns replaced; its notes and the references' `heard` tell.
 
@@ -91,43 +91,47 @@ def repaired(
         seen: nouns of what is there.
         alternatives: of the transcript that it was taken from.
         language: language pack.
-        known_too: whether `seen` is all that is there, so that a word of the lexicon that is not seen may be wrong.
+        closed_world: whether `seen` is all that is there, so that a word of the lexicon that is not seen may be wrong.
     """
     if command.act not in (Act.COMMAND, Act.FRAGMENT, Act.CORRECTION):
         return command
-    mender = _Mender(tuple(seen), tuple(alternatives), load_lexicon(language), known_too=known_too)
+    corrector = _NounCorrector(tuple(seen), tuple(alternatives), load_lexicon(language), closed_world=closed_world)
     made = replace(
         command,
-        object=mender.mend(command.object),
-        target=mender.mend(command.target),
-        reference2=mender.mend(command.reference2),
+        object=corrector.correct(command.object),
+        target=corrector.correct(command.target),
+        reference2=corrector.correct(command.reference2),
     )
-    return replace(made, notes=(*command.notes, *dict.fromkeys(repair.note for repair in mender.repairs)))
+    return replace(
+        made, notes=(*command.notes, *dict.fromkeys(correction.note for correction in corrector.corrections))
+    )
 
 
-class _Mender:
+class _NounCorrector:
     def __init__(
-        self, seen: tuple[str, ...], alternatives: tuple[Alternative, ...], lexicon: Lexicon, *, known_too: bool
+        self, seen: tuple[str, ...], alternatives: tuple[Alternative, ...], lexicon: Lexicon, *, closed_world: bool
     ) -> None:
         self._seen, self._alternatives, self._lexicon = seen, alternatives, lexicon
-        self._known_too = known_too
-        self.repairs: list[Repair] = []
+        self._closed_world = closed_world
+        self.corrections: list[WordCorrection] = []
 
-    def mend(self, reference: Reference | None) -> Reference | None:
+    def correct(self, reference: Reference | None) -> Reference | None:
         """Return a reference whose head, and those of what it hangs on, is what was meant."""
         if reference is None:
             return None
-        made = replace(reference, anchor=self.mend(reference.anchor), compared_to=self.mend(reference.compared_to))
-        if not made.concrete or (made.head in self._lexicon.noun_class and not self._known_too):
+        made = replace(
+            reference, anchor=self.correct(reference.anchor), compared_to=self.correct(reference.compared_to)
+        )
+        if not made.concrete or (made.head in self._lexicon.noun_class and not self._closed_world):
             return made
-        repair = find_repair(made.head, self._seen, self._alternatives, self._lexicon)
-        if repair is None:
+        correction = find_correction(made.head, self._seen, self._alternatives, self._lexicon)
+        if correction is None:
             return made
-        self.repairs.append(repair)
+        self.corrections.append(correction)
         words = made.text.split()
         last = max((i for i, word in enumerate(words) if self._singular(word) == made.head), default=len(words) - 1)
-        words[last] = repair.meant
-        return replace(made, head=repair.meant, text=" ".join(words), heard=repair.heard)
+        words[last] = correction.meant
+        return replace(made, head=correction.meant, text=" ".join(words), heard=correction.heard)
 
     def _singular(self, word: str) -> str:
         return self._lexicon.singular.get(word, word)

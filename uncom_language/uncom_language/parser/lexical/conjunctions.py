@@ -13,7 +13,7 @@ _THING_START = PREMODIFIERS | {"NOUN", "ONE", "PRONOUN"}
 _THING_END = frozenset({"NOUN", "ONE", "PRONOUN", "DEICTIC", "PLACE", "SIDE", "OTHER", "ADJECTIVE"})
 
 
-def settle_joins(tokens: list[Token], stops: set[int], commas: set[int]) -> list[Token]:
+def resolve_conjunctions(tokens: list[Token], stops: set[int], commas: set[int]) -> list[Token]:
     """Tell an "and" between clauses from one between things, and put joins where none is spoken.
 
     Args:

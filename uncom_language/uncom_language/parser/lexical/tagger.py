@@ -6,9 +6,9 @@ from __future__ import annotations
 import re
 from collections.abc import Container, Mapping, Sequence
 
-from uncom_language.parser.lexical.conjunctions import settle_joins
+from uncom_language.parser.lexical.conjunctions import resolve_conjunctions
 from uncom_language.parser.lexical.lexicon import Lexicon, Meaning
-from uncom_language.parser.lexical.tokens import PREMODIFIERS, Item, Token
+from uncom_language.parser.lexical.tokens import PREMODIFIERS, RawToken, Token
 
 # After these an unknown word is taken for a noun.
 _EXPECT_NOUN = PREMODIFIERS | {
@@ -21,9 +21,9 @@ _SAYS_WHERE = frozenset(("RELATION", "PLACE", "BETWEEN"))
 _TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_](?:[^\W\d_]|')*|[.;!?,:]")
 
 
-def split_text(text: str) -> tuple[Item, ...]:
+def split_text(text: str) -> tuple[RawToken, ...]:
     """Split a line into lower-case words and breaks."""
-    items: list[Item] = []
+    items: list[RawToken] = []
     count = 0
     cleaned = text.lower().replace("\N{RIGHT SINGLE QUOTATION MARK}", "'").replace("-", " ").replace("_", " ")
     for match in _TOKEN.finditer(cleaned):
@@ -31,17 +31,17 @@ def split_text(text: str) -> tuple[Item, ...]:
         if not piece:
             continue
         if piece in ".;!?,:":
-            items.append(Item(piece, max(0, count - 1), is_break=True))
+            items.append(RawToken(piece, max(0, count - 1), is_break=True))
         else:
-            items.append(Item(piece, count))
+            items.append(RawToken(piece, count))
             count += 1
     return tuple(items)
 
 
-def without_fillers(items: Sequence[Item], lexicon: Lexicon) -> list[Item]:
+def remove_fillers(items: Sequence[RawToken], lexicon: Lexicon) -> list[RawToken]:
     """Remove hesitation and politeness, longest phrase first, unless a longer phrase of the lexicon covers them."""
     words_only = [item for item in items if (item.text,) not in lexicon.hesitations]
-    kept: list[Item] = []
+    kept: list[RawToken] = []
     position = 0
     words = tuple(item.text for item in words_only)
     while position < len(words_only):
@@ -57,9 +57,9 @@ def without_fillers(items: Sequence[Item], lexicon: Lexicon) -> list[Item]:
     return kept
 
 
-def without_stutter(items: Sequence[Item]) -> tuple[Item, ...]:
+def remove_repetitions(items: Sequence[RawToken]) -> tuple[RawToken, ...]:
     """Remove up to three words that are said twice in a row: "put the put the lemon in in the bowl"."""
-    kept: list[Item] = []
+    kept: list[RawToken] = []
     for item in items:
         kept.append(item)
         for length in range(min(_STUTTER, len(kept) // 2), 0, -1):
@@ -70,7 +70,7 @@ def without_stutter(items: Sequence[Item]) -> tuple[Item, ...]:
     return tuple(kept)
 
 
-def without_false_starts(items: Sequence[Item], tokens: Sequence[Token]) -> tuple[Item, ...]:
+def remove_false_starts(items: Sequence[RawToken], tokens: Sequence[Token]) -> tuple[RawToken, ...]:
     """Remove relations that are given up for the next word: "place this in on the plate", "to the into the box".
 
     After a pause a recogniser may also hear a short word where the voice only sets in.
@@ -103,7 +103,7 @@ class Tagger:
         """Keep the lexicon."""
         self._lexicon = lexicon
 
-    def tag(self, items: Sequence[Item], forced: Mapping[int, str] | None = None) -> list[Token]:
+    def tag(self, items: Sequence[RawToken], forced: Mapping[int, str] | None = None) -> list[Token]:
         """Return the tokens; a word that fits nowhere gets the class UNKNOWN.
 
         Args:
@@ -123,7 +123,7 @@ class Tagger:
             tokens.append(Token(meaning.tag, meaning.value or text, text, first, last, meaning.detail))
             position += length
         stops = {item.index for item in items if item.is_break and item.text != ","}
-        return settle_joins(tokens, stops, {item.index for item in items if item.is_break} - stops)
+        return resolve_conjunctions(tokens, stops, {item.index for item in items if item.is_break} - stops)
 
     def _meaning(self, words: tuple[str, ...], position: int, tokens: list[Token], forced: str) -> tuple[int, Meaning]:
         """Return how many words make the next phrase, and what it is."""
@@ -155,7 +155,7 @@ class Tagger:
                 return unit + 1 - position, value * lexicon.units[words[unit]]
         return 0, 0.0
 
-    def other_tags(self, items: Sequence[Item], token: Token) -> tuple[str, ...]:
+    def other_tags(self, items: Sequence[RawToken], token: Token) -> tuple[str, ...]:
         """Return the classes besides its own that a token could have."""
         words = tuple("," if item.is_break else item.text for item in items)
         start = next(i for i, item in enumerate(items) if item.index == token.first and not item.is_break)

@@ -22,7 +22,7 @@ class Token:
 
 
 @dataclass(frozen=True, slots=True)
-class Item:
+class RawToken:
     """One word of the input and its index; breaks (commas, full stops) keep the index of the word before."""
 
     text: str

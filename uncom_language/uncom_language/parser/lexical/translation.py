@@ -28,7 +28,7 @@ def _words(language: str) -> dict[str, str]:
     return forms
 
 
-def in_detector_words(command: Command, language: str) -> Command:
+def translate_references(command: Command, language: str) -> Command:
     """Return the command with the texts of its references in English; words that the pack lacks stay as they are."""
     if language == _DETECTOR_LANGUAGE:
         return command

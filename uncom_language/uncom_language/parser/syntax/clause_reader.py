@@ -13,7 +13,7 @@ from uncom_language.parser.lexical.lexicon import Lexicon
 from uncom_language.parser.lexical.tokens import Token
 from uncom_language.parser.syntax.clause import NEEDS_TARGET, Clause
 from uncom_language.parser.syntax.grammar import NotInGrammarError, Tree, children
-from uncom_language.parser.syntax.locative_phrases import SUPPORTING, Place, Timing, attach
+from uncom_language.parser.syntax.locative_phrases import SUPPORTING, LocativePhrase, WordTiming, attach_phrases
 from uncom_language.parser.syntax.reference_builder import ReferenceBuilder, tokens_of
 from uncom_language.types import Reference, Relation, Span
 
@@ -28,15 +28,15 @@ class _Parts:
 
     verbs: list[Token] = field(default_factory=list)
     things: list[Reference] = field(default_factory=list)
-    leading: list[Place] = field(default_factory=list)
-    following: list[Place] = field(default_factory=list)
-    gone: list[Place] = field(default_factory=list)
+    leading: list[LocativePhrase] = field(default_factory=list)
+    following: list[LocativePhrase] = field(default_factory=list)
+    gone: list[LocativePhrase] = field(default_factory=list)
 
 
 class ClauseReader:
     """Reads the clauses of one utterance."""
 
-    def __init__(self, lexicon: Lexicon, timing: Timing) -> None:
+    def __init__(self, lexicon: Lexicon, timing: WordTiming) -> None:
         """Keep the lexicon and the words' times."""
         self._lexicon = lexicon
         self._timing = timing
@@ -75,7 +75,7 @@ class ClauseReader:
         targets, excluded = _exclusions_of_object(objects, targets)
         nested = [*nested, *excluded]
         if objects and nested:
-            objects = (*objects[:-1], attach(objects[-1], nested, self._timing))
+            objects = (*objects[:-1], attach_phrases(objects[-1], nested, self._timing))
         clause = Clause(
             order=self._order(tree, kind, parts.things),
             kind=kind,
@@ -96,7 +96,7 @@ class ClauseReader:
         verb = next(i for i, part in enumerate(parts) if isinstance(part, lark.Token))
         topic = self._parts(parts[:verb])
         objects = tuple(topic.things)
-        objects = (*objects[:-1], attach(objects[-1], topic.following, self._timing))
+        objects = (*objects[:-1], attach_phrases(objects[-1], topic.following, self._timing))
         rest = lark.Tree("active", parts[verb:])
         return replace(self.read(rest), topic=objects)
 
@@ -145,7 +145,7 @@ class ClauseReader:
             verb.value == "put" and bool(ways & self._lexicon.put_down)
         )
 
-    def _check(self, kind: str, parts: _Parts, targets: Sequence[Place]) -> None:
+    def _check(self, kind: str, parts: _Parts, targets: Sequence[LocativePhrase]) -> None:
         """Reject what only looks like a command: "bring me to the station"."""
         first = parts.verbs[0] if parts.verbs else None
         if first is not None and kind == "give" and not parts.things and any(place.things for place in targets):
@@ -165,7 +165,7 @@ class ClauseReader:
             return ""
         return things[0].text
 
-    def _split(self, kind: str, parts: _Parts) -> tuple[list[Place], list[Place]]:
+    def _split(self, kind: str, parts: _Parts) -> tuple[list[LocativePhrase], list[LocativePhrase]]:
         """Tell where the thing is to go from which thing is meant: (target and what hangs on it, the object's own)."""
         leading, following, gone = ([p for p in places if p.kind != "recipient"] for places in _chains(parts))
         # "not the red one", "similar to this": these tell which thing, wherever they stand
@@ -186,7 +186,9 @@ class ClauseReader:
         targets, nested = self._split_chain(kind, parts.things, following)
         return targets, [*excluded, *nested]
 
-    def _split_chain(self, kind: str, things: list[Reference], places: list[Place]) -> tuple[list[Place], list[Place]]:
+    def _split_chain(
+        self, kind: str, things: list[Reference], places: list[LocativePhrase]
+    ) -> tuple[list[LocativePhrase], list[LocativePhrase]]:
         """Split the phrases behind a thing."""
         free = [
             index
@@ -202,7 +204,7 @@ class ClauseReader:
         start = _target_start(places, free)
         return places[start:], places[:start]
 
-    def _with_target(self, clause: Clause, places: list[Place]) -> Clause:
+    def _with_target(self, clause: Clause, places: list[LocativePhrase]) -> Clause:
         if not places:
             return clause
         first, rest = places[0], places[1:]
@@ -216,9 +218,9 @@ class ClauseReader:
             return replace(clause, relation=Relation(first.relation))
         return self._with_thing(clause, first, rest) if first.things else clause
 
-    def _with_thing(self, clause: Clause, first: Place, rest: Sequence[Place]) -> Clause:
+    def _with_thing(self, clause: Clause, first: LocativePhrase, rest: Sequence[LocativePhrase]) -> Clause:
         *others, last = first.things
-        last = attach(last, rest, self._timing)
+        last = attach_phrases(last, rest, self._timing)
         to_somewhere = clause.kind == "push" and first.tokens[0].tag == "TO"  # nobody pushes a thing into another
         relation = Relation.NEAR if to_somewhere else Relation(first.relation)
         if relation is Relation.BETWEEN and others:
@@ -239,11 +241,11 @@ class ClauseReader:
         return replace(clause, relation=Relation(way)) if way is not None else clause
 
 
-def _chains(parts: _Parts) -> tuple[list[Place], list[Place], list[Place]]:
+def _chains(parts: _Parts) -> tuple[list[LocativePhrase], list[LocativePhrase], list[LocativePhrase]]:
     return parts.leading, parts.following, parts.gone
 
 
-def _belongs_to_with(places: Sequence[Place], index: int) -> bool:
+def _belongs_to_with(places: Sequence[LocativePhrase], index: int) -> bool:
     """Whether a phrase is the end of "the plate with the lemon on it"."""
     if index == 0 or not (places[index].things and places[index].things[0].anaphoric):
         return False
@@ -251,7 +253,9 @@ def _belongs_to_with(places: Sequence[Place], index: int) -> bool:
     return before.kind == "compared" and before.relation == "with"
 
 
-def _exclusions_of_object(things: Sequence[Reference], targets: Sequence[Place]) -> tuple[list[Place], list[Place]]:
+def _exclusions_of_object(
+    things: Sequence[Reference], targets: Sequence[LocativePhrase]
+) -> tuple[list[LocativePhrase], list[LocativePhrase]]:
     """Take "except the green one" from the end of the target, unless it repeats the target's noun."""
     heads = {thing.head for place in targets if place.kind != "excepted" for thing in place.things}
     heads -= {thing.head for thing in things}
@@ -270,7 +274,7 @@ def _without_both(things: Sequence[Reference]) -> tuple[Reference, ...]:
     return tuple(things)
 
 
-def _target_start(places: list[Place], free: list[int]) -> int:
+def _target_start(places: list[LocativePhrase], free: list[int]) -> int:
     """Return which phrase of a chain says where to.
 
     "the cup next to the bottle on the plate": the last supporting phrase (in, on) is where things go and what

@@ -16,7 +16,7 @@ _SIDES = {"left_of": "left", "right_of": "right", "in_front_of": "front", "behin
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class LocativePhrase:
     """One phrase: "in the bowl", "between A and B", "here", "on the left", "similar to this", "to me", "not red"."""
 
     kind: str  # located, between, side, here, recipient, compared, likeness, pointed, excepted, quality, moved
@@ -31,7 +31,7 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True)
-class Timing:
+class WordTiming:
     """Start and end [s] of every word of the utterance."""
 
     spans: tuple[Span, ...]
@@ -43,7 +43,7 @@ class Timing:
         return Span(self.spans[first].start_s, self.spans[last].end_s)
 
 
-def attach(thing: Reference, places: Sequence[Place], timing: Timing) -> Reference:
+def attach_phrases(thing: Reference, places: Sequence[LocativePhrase], timing: WordTiming) -> Reference:
     """Hang phrases on a thing; locating ones behind another phrase hang on the thing in that one."""
     result = thing
     if not places:
@@ -51,7 +51,7 @@ def attach(thing: Reference, places: Sequence[Place], timing: Timing) -> Referen
     first, rest = places[0], tuple(places[1:])
     if first.kind in ("located", "between") and first.things and not result.anchor:
         *others, last = first.things
-        anchor = attach(last, rest, timing)
+        anchor = attach_phrases(last, rest, timing)
         if others:  # between A and B: B hangs on A
             anchor = replace(others[0], anchor=anchor, anchor_relation="and")
         return replace(result, anchor_relation=first.relation, anchor=anchor)
@@ -61,7 +61,7 @@ def attach(thing: Reference, places: Sequence[Place], timing: Timing) -> Referen
         if rest and rest[0].things and rest[0].things[0].anaphoric:
             rest = rest[1:]  # "the plate with the lemon on it"
     elif first.kind in ("compared", "likeness"):
-        compared = attach(first.things[-1], rest, timing)
+        compared = attach_phrases(first.things[-1], rest, timing)
         comparison = first.relation or result.comparison or "similar"
         return replace(result, comparison=comparison, compared_to=compared)
     elif first.kind == "excepted":
@@ -80,10 +80,10 @@ def attach(thing: Reference, places: Sequence[Place], timing: Timing) -> Referen
         )
     elif first.kind == "quality":
         result = replace(result, text=f"{first.text} {result.text}", modifiers=(first.text, *result.modifiers))
-    return attach(_widened(result, first, timing), rest, timing)
+    return attach_phrases(_widened(result, first, timing), rest, timing)
 
 
-def _without(thing: Reference, place: Place) -> Reference:
+def _without(thing: Reference, place: LocativePhrase) -> Reference:
     """Return the thing with what it must not be."""
     if not place.things:
         return replace(thing, excluded_modifiers=(*thing.excluded_modifiers, place.text))
@@ -98,7 +98,7 @@ def _without(thing: Reference, place: Place) -> Reference:
     return replace(result, comparison="except", compared_to=excluded)
 
 
-def _widened(thing: Reference, place: Place, timing: Timing) -> Reference:
+def _widened(thing: Reference, place: LocativePhrase, timing: WordTiming) -> Reference:
     """Let the thing's span run to the end of a phrase that belongs to it and holds no thing of its own."""
     if place.things:
         return thing

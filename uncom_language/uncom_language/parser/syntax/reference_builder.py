@@ -13,7 +13,7 @@ import lark
 from uncom_language.parser.lexical.lexicon import Lexicon
 from uncom_language.parser.lexical.tokens import Token
 from uncom_language.parser.syntax.grammar import NotInGrammarError, Tree, children
-from uncom_language.parser.syntax.locative_phrases import Place, Timing
+from uncom_language.parser.syntax.locative_phrases import LocativePhrase, WordTiming
 from uncom_language.types import Reference
 
 _LEADING = frozenset({"DETERMINER", "DEICTIC", "SAME"})
@@ -41,7 +41,7 @@ def _first(tokens: Sequence[Token], tag: str) -> Token | None:
 class ReferenceBuilder:
     """Builds references and places of one utterance."""
 
-    def __init__(self, lexicon: Lexicon, timing: Timing) -> None:
+    def __init__(self, lexicon: Lexicon, timing: WordTiming) -> None:
         """Keep the words' meanings and times; the order counts phrases through the whole utterance."""
         self._lexicon = lexicon
         self._timing = timing
@@ -148,30 +148,32 @@ class ReferenceBuilder:
         plural = plural or (head is None and any(token.text in self._lexicon.many for token in tokens))
         return 0 if plural else 1
 
-    def places(self, tree: Tree) -> tuple[Place, ...]:
+    def places(self, tree: Tree) -> tuple[LocativePhrase, ...]:
         """Read a chain of locating phrases."""
         return tuple(self.place(child) for child in children(tree) if isinstance(child, lark.Tree))
 
-    def place(self, tree: Tree) -> Place:
+    def place(self, tree: Tree) -> LocativePhrase:
         """Read one locating, comparing or excluding phrase."""
         inner = [child for child in children(tree) if isinstance(child, lark.Tree)]
         tokens = tokens_of(tree)
         if tree.data == "which":
             if inner:
                 return replace(self.place(inner[0]), restrictive=True)
-            return Place("quality", "", tokens, text=" ".join(token.text for token in tokens[1:]), restrictive=True)
+            return LocativePhrase(
+                "quality", "", tokens, text=" ".join(token.text for token in tokens[1:]), restrictive=True
+            )
         if tree.data == "moved":
-            made = replace(self.place(inner[0]), tokens=tokens) if inner else Place("moved", "", tokens)
+            made = replace(self.place(inner[0]), tokens=tokens) if inner else LocativePhrase("moved", "", tokens)
             return replace(made, distance_m=float(tokens[0].value))
         if tree.data in ("excepted", "which_not"):
             if inner[0].data != "thing" and tokens[0].text in self._lexicon.instead:
                 return self.place(inner[0])  # "not on the plate but in the bowl"
             things = (self.thing(inner[0]),) if inner[0].data == "thing" else ()
             text = " ".join(token.text for token in tokens[1:])
-            return Place("excepted", "", tokens, things, text, restrictive=True)
+            return LocativePhrase("excepted", "", tokens, things, text, restrictive=True)
         return self._plain_place(tree, tokens)
 
-    def _plain_place(self, tree: Tree, tokens: tuple[Token, ...]) -> Place:
+    def _plain_place(self, tree: Tree, tokens: tuple[Token, ...]) -> LocativePhrase:
         # The marking word comes first or last, as the language has it.
         mark = next(_token(child) for child in children(tree) if isinstance(child, lark.Token))
         things = tuple(
@@ -184,7 +186,7 @@ class ReferenceBuilder:
             things = (self._pointed(mark),)
         if mark.tag == "TO" or relation == "from":
             relation = self._by_class(things[0])
-        return Place(
+        return LocativePhrase(
             kind=kind,
             relation="" if mark.tag == "AS" else relation,
             tokens=tokens,
@@ -211,7 +213,7 @@ class ReferenceBuilder:
         kind = self._lexicon.noun_class.get(thing.head, "")
         return {"container": "in", "surface": "on", "kitchenware": "in"}.get(kind, "near")
 
-    def area(self, place: Place) -> Reference:
+    def area(self, place: LocativePhrase) -> Reference:
         """Return "here" or "there" as a target of its own."""
         span = self._timing.of([token for token in place.tokens if token.tag != "DISTANCE"])
         word = str(self._lexicon.raw["places"][place.relation][0])
@@ -224,7 +226,7 @@ class ReferenceBuilder:
         word = next(iter(self._lexicon.raw["pronouns"]))
         return Reference(word, word, self._timing.of(tokens), concrete=False, anaphoric=True, order=self._order())
 
-    def anything(self, place: Place) -> Reference:
+    def anything(self, place: LocativePhrase) -> Reference:
         """Return the unnamed thing that a phrase alone speaks of: "not the red one"."""
         word = self._lexicon.one
         return Reference(word, word, self._timing.of(place.tokens), concrete=False, order=self._order())

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from uncom_language.parser.lexical.lexicon import Lexicon
-from uncom_language.parser.lexical.tagger import Tagger, without_fillers
-from uncom_language.parser.lexical.tokens import PREMODIFIERS, Item, Token
+from uncom_language.parser.lexical.tagger import Tagger, remove_fillers
+from uncom_language.parser.lexical.tokens import PREMODIFIERS, RawToken, Token
 from uncom_language.parser.syntax.grammar import NotInGrammarError, parse_tokens
 
 _THING_START = PREMODIFIERS | {"NOUN", "ONE", "PRONOUN"}
@@ -16,14 +16,14 @@ _PLACE_START = frozenset({"RELATION", "TO", "BETWEEN", "PLACE", "SIDE", "SOURCE"
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class RepairedUtterance:
     """The words that count, and what was left out."""
 
-    items: tuple[Item, ...]
+    items: tuple[RawToken, ...]
     notes: tuple[str, ...] = ()
 
 
-def best_reading(items: tuple[Item, ...], lexicon: Lexicon, tagger: Tagger) -> Reading:
+def apply_self_repairs(items: tuple[RawToken, ...], lexicon: Lexicon, tagger: Tagger) -> RepairedUtterance:
     """Apply the corrections of an utterance, first to last; without any it is returned as it is."""
     notes: list[str] = []
     for _ in range(4):  # nobody corrects more often in one breath
@@ -39,14 +39,14 @@ def best_reading(items: tuple[Item, ...], lexicon: Lexicon, tagger: Tagger) -> R
         if corrected is None:
             items = after if _is_clause(after, lexicon, tagger) else (*before, *after)
             if items is not after:
-                return Reading(items, tuple(notes))
+                return RepairedUtterance(items, tuple(notes))
         else:
             items = corrected
         notes.append(f"corrected by the speaker after {' '.join(item.text for item in before)!r}")
-    return Reading(items, tuple(notes))
+    return RepairedUtterance(items, tuple(notes))
 
 
-def _marker(items: tuple[Item, ...], lexicon: Lexicon) -> tuple[int, int] | None:
+def _marker(items: tuple[RawToken, ...], lexicon: Lexicon) -> tuple[int, int] | None:
     """Return where the first correction marker starts and ends; a leading one is none."""
     words = tuple(item.text for item in items)
     position = 0
@@ -79,7 +79,7 @@ def _marker(items: tuple[Item, ...], lexicon: Lexicon) -> tuple[int, int] | None
     return None
 
 
-def _trimmed(items: tuple[Item, ...]) -> tuple[Item, ...]:
+def _trimmed(items: tuple[RawToken, ...]) -> tuple[RawToken, ...]:
     """Drop breaks at the end."""
     end = len(items)
     while end and items[end - 1].is_break:
@@ -87,16 +87,16 @@ def _trimmed(items: tuple[Item, ...]) -> tuple[Item, ...]:
     return items[:end]
 
 
-def _without_breaks(items: tuple[Item, ...]) -> tuple[Item, ...]:
+def _without_breaks(items: tuple[RawToken, ...]) -> tuple[RawToken, ...]:
     return tuple(item for item in items if item.text != ",")
 
 
 def _candidates(
-    before: tuple[Item, ...], after: tuple[Item, ...], lexicon: Lexicon, tagger: Tagger
-) -> Iterator[tuple[Item, ...]]:
+    before: tuple[RawToken, ...], after: tuple[RawToken, ...], lexicon: Lexicon, tagger: Tagger
+) -> Iterator[tuple[RawToken, ...]]:
     """Yield sentences in which the correction replaces a phrase of its own kind; the most likely one first."""
-    right = tagger.tag(without_fillers(after, lexicon))
-    left = tagger.tag(without_fillers(before, lexicon))
+    right = tagger.tag(remove_fillers(after, lexicon))
+    left = tagger.tag(remove_fillers(before, lexicon))
     if not right or not left:
         return
     if right[0].tag == "VERB":
@@ -115,14 +115,14 @@ def _candidates(
 
 
 def _with_tail(
-    head: tuple[Item, ...],
-    before: tuple[Item, ...],
-    after: tuple[Item, ...],
+    head: tuple[RawToken, ...],
+    before: tuple[RawToken, ...],
+    after: tuple[RawToken, ...],
     left: list[Token],
     position: int,
     lexicon: Lexicon,
     tagger: Tagger,
-) -> Iterator[tuple[Item, ...]]:
+) -> Iterator[tuple[RawToken, ...]]:
     """Yield the sentence with the phrase at `position` replaced; words after that phrase stay if they still fit."""
     end = position
     while end < len(left) and left[end].tag in _THING_START | (_PLACE_START if end == position else frozenset()):
@@ -134,8 +134,8 @@ def _with_tail(
 
 
 def _restarts(
-    before: tuple[Item, ...], after: tuple[Item, ...], left: list[Token], lexicon: Lexicon, tagger: Tagger
-) -> Iterator[tuple[Item, ...]]:
+    before: tuple[RawToken, ...], after: tuple[RawToken, ...], left: list[Token], lexicon: Lexicon, tagger: Tagger
+) -> Iterator[tuple[RawToken, ...]]:
     """Yield the sentence with its last clause said anew."""
     verbs = [token for token in left if token.tag == "VERB"]
     for verb in reversed(verbs):
@@ -163,8 +163,8 @@ def _contrast(left: list[Token], position: int, right: list[Token]) -> int:
     return score
 
 
-def _sentence(items: tuple[Item, ...], lexicon: Lexicon, tagger: Tagger) -> bool:
-    tokens = tagger.tag(without_fillers(items, lexicon))
+def _sentence(items: tuple[RawToken, ...], lexicon: Lexicon, tagger: Tagger) -> bool:
+    tokens = tagger.tag(remove_fillers(items, lexicon))
     if not tokens:
         return False
     try:
@@ -174,7 +174,7 @@ def _sentence(items: tuple[Item, ...], lexicon: Lexicon, tagger: Tagger) -> bool
     return True
 
 
-def _is_clause(items: tuple[Item, ...], lexicon: Lexicon, tagger: Tagger) -> bool:
+def _is_clause(items: tuple[RawToken, ...], lexicon: Lexicon, tagger: Tagger) -> bool:
     """Whether words are a command by themselves, verb included."""
-    tokens = tagger.tag(without_fillers(items, lexicon))
+    tokens = tagger.tag(remove_fillers(items, lexicon))
     return any(token.tag == "VERB" for token in tokens) and _sentence(items, lexicon, tagger)

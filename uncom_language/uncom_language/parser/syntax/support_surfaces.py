@@ -15,7 +15,7 @@ _QUALITIES = frozenset({"left", "right", "front", "back", "far", "near", "neares
 _PLACING = frozenset({Primitive.PLACE, Primitive.PUT_IN, Primitive.PUT_ON})
 
 
-def on_support(command: Command, lexicon: Lexicon) -> Command:
+def resolve_support_part(command: Command, lexicon: Lexicon) -> Command:
     """Read a part of the table as the table, which a thing is put on; a note says that the part is not aimed at."""
     target = command.target
     supports, parts = (frozenset(lexicon.raw.get(name, ())) for name in ("supports", "support_parts"))

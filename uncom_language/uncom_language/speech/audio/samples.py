@@ -8,16 +8,20 @@ import numpy.typing as npt
 import soxr
 
 from uncom_language.exceptions import SoundFormatError
+from uncom_language.speech.audio.options import RESAMPLER
 
 SAMPLE_RATE = 16000  # [Hz] of all sound behind this module
+
+INT16_SCALE = 32768.0  # full scale of 16 bit samples
 
 Int16Array = npt.NDArray[np.int16]
 FloatArray = npt.NDArray[np.float32]
 
-# Sample formats of audio_common_msgs/AudioInfo, as numpy types and their full scale.
+_DIMENSIONS = (1, 2)  # of arrays of samples: mono, or with channels
+# Sample formats of audio_common_msgs/AudioInfo, as numpy types, full scale and offset.
 _FORMATS: dict[str, tuple[str, float, float]] = {
-    "S16LE": ("<i2", 32768.0, 0.0),
-    "S16BE": (">i2", 32768.0, 0.0),
+    "S16LE": ("<i2", INT16_SCALE, 0.0),
+    "S16BE": (">i2", INT16_SCALE, 0.0),
     "S32LE": ("<i4", 2147483648.0, 0.0),
     "S32BE": (">i4", 2147483648.0, 0.0),
     "F32LE": ("<f4", 1.0, 0.0),
@@ -49,15 +53,15 @@ def as_float(samples: npt.NDArray[np.generic]) -> FloatArray:
     Raises:
         SoundFormatError: neither int16 nor floating point, or of another shape.
     """
-    if samples.ndim not in (1, 2):
+    if samples.ndim not in _DIMENSIONS:
         raise SoundFormatError(f"samples have shape {samples.shape}; give (N,) or (N, channels)")
     if samples.dtype == np.int16:
-        scaled = samples.astype(np.float32) / np.float32(32768.0)
+        scaled = samples.astype(np.float32) / np.float32(INT16_SCALE)
     elif np.issubdtype(samples.dtype, np.floating):
         scaled = samples.astype(np.float32)
     else:
         raise SoundFormatError(f"samples are {samples.dtype}; give int16 or float32")
-    if scaled.ndim == 2:
+    if scaled.ndim > 1:
         scaled = scaled.mean(axis=1, dtype=np.float32)
     return np.asarray(np.nan_to_num(scaled), dtype=np.float32)
 
@@ -83,21 +87,22 @@ class StreamResampler:
         Raises:
             SoundFormatError: not a usable rate.
         """
-        self.check(sample_rate)
+        self.check_sample_rate(sample_rate)
         self.sample_rate = sample_rate
         self._stream = (
             None if sample_rate == SAMPLE_RATE else soxr.ResampleStream(sample_rate, SAMPLE_RATE, 1, dtype="float32")
         )
 
     @staticmethod
-    def check(sample_rate: int) -> None:
-        """Complain about a rate [Hz] that cannot be used.
+    def check_sample_rate(sample_rate: int) -> None:
+        """Refuse a sample rate [Hz] that cannot be used.
 
         Raises:
             SoundFormatError: not a usable rate.
         """
-        if not 1000 <= sample_rate <= 400_000:
-            raise SoundFormatError(f"a sample rate of {sample_rate} Hz cannot be used; 1000 to 400000 can")
+        low_hz, high_hz = RESAMPLER.min_rate_hz, RESAMPLER.max_rate_hz
+        if not low_hz <= sample_rate <= high_hz:
+            raise SoundFormatError(f"a sample rate of {sample_rate} Hz cannot be used; {low_hz} to {high_hz} can")
 
     def feed(self, samples: FloatArray) -> FloatArray:
         """Return what is ready at 16 kHz."""

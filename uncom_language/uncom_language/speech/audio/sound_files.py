@@ -24,15 +24,15 @@ def read_sound(path: str | Path) -> FloatArray:
         raise SoundFileError(file, "it is a folder")
     if file.stat().st_size == 0:
         raise SoundFileError(file, "the file is empty")
-    samples = _read_plain(file)
+    samples = _read_with_libsndfile(file)
     if samples is None:
-        samples = _read_container(file)
+        samples = _read_with_ffmpeg(file)
     if samples.size == 0:
         raise SoundFileError(file, "it holds no sound")
     return samples
 
 
-def _read_plain(file: Path) -> FloatArray | None:
+def _read_with_libsndfile(file: Path) -> FloatArray | None:
     """Read a file that libsndfile knows, None if it does not."""
     import soundfile  # noqa: PLC0415 - only files need it
 
@@ -43,7 +43,7 @@ def _read_plain(file: Path) -> FloatArray | None:
     return resample(as_float(frames), int(rate))
 
 
-def _read_container(file: Path) -> FloatArray:
+def _read_with_ffmpeg(file: Path) -> FloatArray:
     """Read the first audio track of a container."""
     import av  # noqa: PLC0415 - only films need it
 

@@ -22,23 +22,10 @@ import yaml
 
 from uncom_language.exceptions import LexiconError, UnknownLanguageError
 from uncom_language.parser.lexical.lexicon import Lexicon, load_lexicon
+from uncom_language.speech.pocketsphinx.options import LANGUAGE_MODEL, LanguageModelOptions
 
 PACKS = Path(__file__).parent / "packs"
 START, END = "<s>", "</s>"
-
-
-@dataclass(frozen=True, slots=True)
-class ModelWeights:
-    """How much of each level goes to the one below, and how the single words are mixed."""
-
-    trigram_backoff: float = 0.05
-    bigram_backoff: float = 0.1
-    # share of single words that goes to common English words outside the patterns
-    general_share: float = 0.1
-    # share of single words that goes to words which the scene offers
-    scene_share: float = 0.05
-    sentences: int = 30000
-    seed: int = 1
 
 
 @dataclass(frozen=True)
@@ -47,16 +34,19 @@ class Patterns:
 
     rules: Mapping[str, tuple[tuple[float, tuple[str, ...]], ...]]
     lexicon: Lexicon = field(repr=False)
+    max_depth: int = LANGUAGE_MODEL.max_depth
 
-    def sentence(self, rng: random.Random) -> list[str]:
+    def draw_sentence(self, rng: random.Random) -> list[str]:
         """Draw one sentence."""
         return list(self._expand("start", rng, 0))
 
     def _expand(self, name: str, rng: random.Random, depth: int) -> Iterator[str]:
-        options = self.rules[name]
-        if depth > 12:  # patterns nest ("the cup next to the one on ..."): end with the first, plainest option
-            options = options[:1]
-        (_, chosen), *_ = rng.choices(options, weights=[weight for weight, _ in options])
+        alternatives = self.rules[name]
+        if (
+            depth > self.max_depth
+        ):  # patterns nest ("the cup next to the one on ..."): end with the first, plainest option
+            alternatives = alternatives[:1]
+        (_, chosen), *_ = rng.choices(alternatives, weights=[weight for weight, _ in alternatives])
         for symbol in chosen:
             if symbol.startswith("$"):
                 yield from self._expand(symbol[1:], rng, depth + 1)
@@ -82,16 +72,16 @@ def load_patterns(language: str = "en") -> Patterns:
         raw = yaml.load(path.read_text(encoding="utf-8"), Loader=yaml.BaseLoader)  # noqa: S506 - all scalars as text
     except yaml.YAMLError as error:
         raise LexiconError(f"{path} is not YAML: {error}".replace("\n", " ")) from error
-    rules = {name: tuple(_option(text) for text in options) for name, options in raw.items()}
-    for name, options in rules.items():
-        for _, symbols in options:
+    rules = {name: tuple(_parse_alternative(text) for text in alternatives) for name, alternatives in raw.items()}
+    for name, alternatives in rules.items():
+        for _, symbols in alternatives:
             unknown = [symbol for symbol in symbols if symbol.startswith("$") and symbol[1:] not in rules]
             if unknown:
                 raise LexiconError(f"{path}: rule {name!r} uses {unknown[0]!r}, which is not defined")
     return Patterns(rules, load_lexicon(language))
 
 
-def _option(text: str) -> tuple[float, tuple[str, ...]]:
+def _parse_alternative(text: str) -> tuple[float, tuple[str, ...]]:
     weight, bar, rest = text.partition("|")
     if not bar:
         return 1.0, tuple(text.replace('"', "").split())
@@ -99,17 +89,17 @@ def _option(text: str) -> tuple[float, tuple[str, ...]]:
     return float(weight), symbols
 
 
-def draw_sentences(weights: ModelWeights, language: str = "en") -> list[list[str]]:
+def draw_sentences(options: LanguageModelOptions, language: str = "en") -> list[list[str]]:
     """Draw the sentences to count; the same ones for the same seed."""
     patterns = load_patterns(language)
-    rng = random.Random(weights.seed)
-    return [sentence for sentence in (patterns.sentence(rng) for _ in range(weights.sentences)) if sentence]
+    rng = random.Random(options.seed)
+    return [sentence for sentence in (patterns.draw_sentence(rng) for _ in range(options.sentences)) if sentence]
 
 
 def make_arpa(
     sentences: Iterable[Sequence[str]],
     general: Mapping[str, float],
-    weights: ModelWeights,
+    options: LanguageModelOptions,
     scene_words: Sequence[str] = (),
 ) -> str:
     """Count sentences into a trigram model in ARPA format.
@@ -117,7 +107,7 @@ def make_arpa(
     Args:
         sentences: words of each sentence.
         general: common words with their relative frequency; they need not be in the sentences.
-        weights: shares of the levels.
+        options: shares of the levels.
         scene_words: words to make likely now, such as names of things on the table.
     """
     unigrams: Counter[str] = Counter()
@@ -128,20 +118,20 @@ def make_arpa(
         unigrams.update(padded[1:])
         bigrams.update(pairwise(padded))
         trigrams.update(zip(padded, padded[1:], padded[2:], strict=False))
-    single = _single_words(unigrams, general, weights, scene_words)
+    single = _single_words(unigrams, general, options, scene_words)
     pair: dict[tuple[str, str], float] = {}
     context = _context_counts(bigrams)
     for (first, second), count in bigrams.items():
         share = count / context[first]
-        pair[first, second] = (1 - weights.bigram_backoff) * share + weights.bigram_backoff * single[second]
+        pair[first, second] = (1 - options.bigram_backoff) * share + options.bigram_backoff * single[second]
     triple: dict[tuple[str, str, str], float] = {}
-    context2 = _context_counts(trigrams)
+    pair_context = _context_counts(trigrams)
     for (first, second, third), count in trigrams.items():
-        share = count / context2[first, second]
-        triple[first, second, third] = (1 - weights.trigram_backoff) * share + weights.trigram_backoff * pair[
+        share = count / pair_context[first, second]
+        triple[first, second, third] = (1 - options.trigram_backoff) * share + options.trigram_backoff * pair[
             second, third
         ]
-    return "\n".join(_arpa_lines(single, pair, triple, set(context), set(context2), weights))
+    return "\n".join(_arpa_lines(single, pair, triple, set(context), set(pair_context), options))
 
 
 def _context_counts(grams: Counter[Any]) -> dict[Any, int]:
@@ -153,14 +143,14 @@ def _context_counts(grams: Counter[Any]) -> dict[Any, int]:
 
 
 def _single_words(
-    counts: Counter[str], general: Mapping[str, float], weights: ModelWeights, scene_words: Sequence[str]
+    counts: Counter[str], general: Mapping[str, float], options: LanguageModelOptions, scene_words: Sequence[str]
 ) -> dict[str, float]:
-    scene_share = weights.scene_share if scene_words else 0.0
-    own_share = 1.0 - weights.general_share - scene_share
+    scene_share = options.scene_share if scene_words else 0.0
+    own_share = 1.0 - options.general_share - scene_share
     total, total_general = sum(counts.values()), sum(general.values())
     single = {word: own_share * count / total for word, count in counts.items()}
     for word, frequency in general.items():
-        single[word] = single.get(word, 0.0) + weights.general_share * frequency / total_general
+        single[word] = single.get(word, 0.0) + options.general_share * frequency / total_general
     for word in scene_words:
         single[word] = single.get(word, 0.0) + scene_share / len(scene_words)
     return single
@@ -171,11 +161,11 @@ def _arpa_lines(
     pair: Mapping[tuple[str, str], float],
     triple: Mapping[tuple[str, str, str], float],
     contexts: set[str],
-    contexts2: set[tuple[str, str]],
-    weights: ModelWeights,
+    pair_contexts: set[tuple[str, str]],
+    options: LanguageModelOptions,
 ) -> Iterator[str]:
-    bow2 = math.log10(weights.bigram_backoff)
-    bow3 = math.log10(weights.trigram_backoff)
+    bow2 = math.log10(options.bigram_backoff)
+    bow3 = math.log10(options.trigram_backoff)
     yield "\\data\\"
     yield f"ngram 1={len(single) + 1}"
     yield f"ngram 2={len(pair)}"
@@ -189,12 +179,12 @@ def _arpa_lines(
     yield ""
     yield "\\2-grams:"
     for words in sorted(pair):
-        backoff = f"\t{bow3:.4f}" if words in contexts2 else ""
+        backoff = f"\t{bow3:.4f}" if words in pair_contexts else ""
         yield f"{math.log10(pair[words]):.4f}\t{' '.join(words)}{backoff}"
     yield ""
     yield "\\3-grams:"
-    for words3 in sorted(triple):
-        yield f"{math.log10(triple[words3]):.4f}\t{' '.join(words3)}"
+    for trigram in sorted(triple):
+        yield f"{math.log10(triple[trigram]):.4f}\t{' '.join(trigram)}"
     yield ""
     yield "\\end\\"
     yield ""

@@ -19,13 +19,13 @@ class Hypothesis:
     score: float
 
 
-def _matches(best: Sequence[str], other: Sequence[str]) -> set[int]:
+def _matching_indices(best: Sequence[str], other: Sequence[str]) -> set[int]:
     """Return the indices of the best words that another hypothesis shares, in order."""
     matcher = SequenceMatcher(None, best, other, autojunk=False)
     return {block.a + i for block in matcher.get_matching_blocks() for i in range(block.size)}
 
 
-def with_confidences(words: tuple[Word, ...], hypotheses: Sequence[Hypothesis]) -> tuple[Word, ...]:
+def add_confidences(words: tuple[Word, ...], hypotheses: Sequence[Hypothesis]) -> tuple[Word, ...]:
     """Give every word its posterior over the n-best list: the weight of the hypotheses that hold it."""
     texts = tuple(word.text for word in words)
     pool = {hypothesis.words: hypothesis.score for hypothesis in hypotheses}
@@ -33,11 +33,11 @@ def with_confidences(words: tuple[Word, ...], hypotheses: Sequence[Hypothesis]) 
     top = max(pool.values())
     weights = {other: math.exp(score - top) for other, score in pool.items()}
     total = sum(weights.values())
-    held = [0.0] * len(words)
+    mass = [0.0] * len(words)
     for other, weight in weights.items():
-        for index in _matches(texts, other):
-            held[index] += weight
-    return tuple(replace(word, confidence=min(1.0, weight / total)) for word, weight in zip(words, held, strict=True))
+        for index in _matching_indices(texts, other):
+            mass[index] += weight
+    return tuple(replace(word, confidence=min(1.0, weight / total)) for word, weight in zip(words, mass, strict=True))
 
 
 def make_alternatives(words: tuple[Word, ...], hypotheses: Sequence[Hypothesis]) -> tuple[Alternative, ...]:
@@ -50,13 +50,13 @@ def make_alternatives(words: tuple[Word, ...], hypotheses: Sequence[Hypothesis])
     if best is None:
         best = max((hypothesis.score for hypothesis in hypotheses), default=0.0)
     return tuple(
-        Alternative(_timed(words, hypothesis.words), min(0.0, hypothesis.score - best))
+        Alternative(_align_times(words, hypothesis.words), min(0.0, hypothesis.score - best))
         for hypothesis in hypotheses
         if hypothesis.words and hypothesis.words != texts
     )
 
 
-def _timed(words: tuple[Word, ...], other: tuple[str, ...]) -> tuple[Word, ...]:
+def _align_times(words: tuple[Word, ...], other: tuple[str, ...]) -> tuple[Word, ...]:
     texts = tuple(word.text for word in words)
     timed: list[Word] = []
     for tag, i1, i2, j1, j2 in SequenceMatcher(None, texts, other, autojunk=False).get_opcodes():

@@ -8,7 +8,6 @@ import os
 import tempfile
 import threading
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -20,45 +19,33 @@ import pocketsphinx
 from uncom_language.exceptions import RecognizerError
 from uncom_language.speech.audio.samples import SAMPLE_RATE, Int16Array, as_float, resample, to_int16
 from uncom_language.speech.pocketsphinx.acoustic_model import make_adapted_model, read_adaptation
-from uncom_language.speech.pocketsphinx.language_model import ModelWeights, draw_sentences, make_arpa
+from uncom_language.speech.pocketsphinx.language_model import draw_sentences, make_arpa
+from uncom_language.speech.pocketsphinx.options import (
+    DECODING,
+    LANGUAGE_MODEL,
+    SEARCH,
+    DecodingOptions,
+    LanguageModelOptions,
+    SearchOptions,
+)
 from uncom_language.speech.pocketsphinx.pronunciation import pronounce, with_accents
-from uncom_language.speech.pocketsphinx.utterance_decoder import PocketSphinxHearing
-from uncom_language.speech.recognition.recognizer import Hearing, Recognition, Recognizer, Samples
-from uncom_language.speech.recognition.timestamps import shifted
+from uncom_language.speech.pocketsphinx.utterance_decoder import PocketSphinxUtteranceDecoder
+from uncom_language.speech.recognition.recognizer import Recognition, Recognizer, Samples, UtteranceDecoder
+from uncom_language.speech.recognition.timestamps import shift_words
 
 _LOG = logging.getLogger(__name__)
-_LONGEST_S = 30.0
-_PIECE = SAMPLE_RATE // 20
-# How likely a word that is learnt at run time is, in shares of the mean word of the model.
-_NEW_WORD_WEIGHT = 20.0
 # Made by sim/tools/adapt_to_voices.py: how the model changes for synthesised voices.
 SYNTHETIC_VOICES = Path(__file__).parent / "models" / "synthetic_voices.npz"
 
-_BEAMS = {
+# PocketSphinx's names of the beams, and ours in SearchOptions.
+_BEAM_FIELDS = {
     "beam": "beam",
     "pbeam": "phone_beam",
     "wbeam": "word_beam",
     "lpbeam": "last_phone_beam",
     "lponlybeam": "only_phone_beam",
-}  # PocketSphinx's names and ours
-
-
-@dataclass(frozen=True, slots=True)
-class DecoderWeights:
-    """Numbers of the search; see `pocketsphinx_batch -help`."""
-
-    lw: float = 9.0
-    wip: float = 0.65
-    general_words: int = 2000
-    max_active: int = 3000  # states that stay in the search per frame
-    # How unlikely a state, the last phone of a word, and a word may be beside the best one to stay in the search for
-    # synthesised voices. For people it stays narrower: their sound fits worse, so more would compete for max_active.
-    beam: float = 1e-60
-    phone_beam: float = 1e-60
-    word_beam: float = 1e-40
-    last_phone_beam: float = 1e-60
-    only_phone_beam: float = 1e-40
-    alternatives: int = 8
+}
+_LOG_BASE = 1.0001  # of PocketSphinx's integer logarithms
 
 
 def model_folder() -> Path:
@@ -86,7 +73,7 @@ def _phones() -> frozenset[str]:
 @cache
 def common_words(count: int) -> dict[str, float]:
     """Return the most frequent English words of the wheel's general language model, with their probabilities."""
-    logmath = pocketsphinx.LogMath(1.0001)
+    logmath = pocketsphinx.LogMath(_LOG_BASE)
     model = pocketsphinx.NGramModel(pocketsphinx.Config(), logmath, str(model_folder() / "en-us.lm.bin"))
     frequency = {word: float(logmath.exp(model.prob([word]))) for word in _dictionary() if word.isalpha()}
     top = sorted(frequency, key=lambda word: (-frequency[word], word))[:count]
@@ -111,23 +98,28 @@ class PocketSphinxRecognizer(Recognizer):
     """
 
     def __init__(
-        self, model: ModelWeights | None = None, decoder: DecoderWeights | None = None, scene_words: Sequence[str] = ()
+        self,
+        scene_words: Sequence[str] = (),
+        *,
+        language_model: LanguageModelOptions = LANGUAGE_MODEL,
+        search: SearchOptions = SEARCH,
+        decoding: DecodingOptions = DECODING,
     ) -> None:
         """Build the language model and load the decoder (about 3 s).
 
         Args:
-            model: shares of the language model's levels.
-            decoder: weights of the search.
-            scene_words: further words that may be said now, such as names of things on the table.
+            scene_words: further words that may be said now, such as names of objects on the table.
+            language_model: shares of the language model's levels.
+            search: weights and beams of the search.
+            decoding: how sound is handed to the decoders.
 
         Raises:
             RecognizerError: PocketSphinx cannot load its models.
         """
-        self._model = model or ModelWeights()
-        self._weights = decoder or DecoderWeights()
+        self._language_model, self._search, self._decoding = language_model, search, decoding
         self._lock = threading.Lock()
-        self._sentences = draw_sentences(self._model)
-        self._general = common_words(self._weights.general_words)
+        self._sentences = draw_sentences(self._language_model)
+        self._general = common_words(self._search.general_words)
         self._decoders = self._load(scene_words)
 
     @property
@@ -142,7 +134,7 @@ class PocketSphinxRecognizer(Recognizer):
 
     def _load(self, scene_words: Sequence[str]) -> tuple[Any, ...]:
         vocabulary = {word for sentence in self._sentences for word in sentence} | set(self._general) | set(scene_words)
-        arpa = make_arpa(self._sentences, self._general, self._model, scene_words)
+        arpa = make_arpa(self._sentences, self._general, self._language_model, scene_words)
         with tempfile.TemporaryDirectory(prefix="uncom_lm_") as folder:
             model, dictionary = Path(folder, "lm.arpa"), Path(folder, "words.dict")
             model.write_text(arpa, encoding="utf-8")
@@ -150,17 +142,16 @@ class PocketSphinxRecognizer(Recognizer):
             dictionary.write_text("".join(dictionary_lines(vocabulary, accented)), encoding="utf-8")
             plain = model_folder() / "en-us"
             adapted = make_adapted_model(plain, read_adaptation(SYNTHETIC_VOICES), Path(folder))
-            wide = {name: getattr(self._weights, field) for name, field in _BEAMS.items()}
+            wide = {name: getattr(self._search, field) for name, field in _BEAM_FIELDS.items()}
             decoders = (
                 self._make_decoder(plain, model, dictionary),
                 self._make_decoder(adapted, model, dictionary, **wide),
             )
         # The first utterance of a decoder is scored a little differently from the same sound later: let it be this one.
-        noise = np.random.default_rng(0).normal(0.0, 300.0, 2 * SAMPLE_RATE).astype(np.int16)
-        hearing = PocketSphinxHearing(decoders, self._weights.alternatives)
-        for start in range(0, noise.size, SAMPLE_RATE // 10):
-            hearing.feed(noise[start : start + SAMPLE_RATE // 10])
-        hearing.finish()
+        options = self._decoding
+        size = round(options.warm_up_s * SAMPLE_RATE)
+        noise = np.random.default_rng(0).normal(0.0, options.warm_up_level, size).astype(np.int16)
+        self._decode(noise, decoders, options.warm_up_block_s)
         return decoders
 
     def _make_decoder(self, acoustic: Path, model: Path, dictionary: Path, **beams: float) -> Any:
@@ -169,9 +160,9 @@ class PocketSphinxRecognizer(Recognizer):
                 hmm=str(acoustic),
                 lm=str(model),
                 dict=str(dictionary),
-                lw=self._weights.lw,
-                wip=self._weights.wip,
-                maxhmmpf=self._weights.max_active,
+                lw=self._search.language_weight,
+                wip=self._search.word_insertion_penalty,
+                maxhmmpf=self._search.max_active,
                 **beams,
                 # A second pass over the utterance at its end: it costs a third of the time and no word less is wrong.
                 fwdflat=False,
@@ -184,28 +175,33 @@ class PocketSphinxRecognizer(Recognizer):
             raise RecognizerError(f"PocketSphinx cannot load its models from {acoustic}: {error}") from error
 
     def transcribe(self, samples: Samples, sample_rate: int) -> Recognition:
-        """Recognise one utterance; long sound is taken in pieces of at most 30 s."""
+        """Recognise one utterance; longer sound than max_utterance_s is taken in parts."""
         sound = to_int16(resample(as_float(samples), sample_rate))
-        piece = round(_LONGEST_S * SAMPLE_RATE)
+        piece = round(self._decoding.max_utterance_s * SAMPLE_RATE)
         starts = range(0, max(sound.size, 1), piece)
         with self._lock:
-            parts = [self._hear(sound[start : start + piece]) for start in starts]
+            parts = [
+                self._decode(sound[start : start + piece], self._decoders, self._decoding.block_s) for start in starts
+            ]
         if len(parts) == 1:
             return parts[0]
         offsets = [start / SAMPLE_RATE for start in starts]
-        words = tuple(word for part, offset in zip(parts, offsets, strict=True) for word in shifted(part.words, offset))
+        words = tuple(
+            word for part, offset in zip(parts, offsets, strict=True) for word in shift_words(part.words, offset)
+        )
         return Recognition(words, reason="" if words else parts[0].reason)
 
-    def _hear(self, sound: Int16Array) -> Recognition:
-        """Hear a whole utterance piece by piece, as it would have come from a microphone."""
-        hearing = PocketSphinxHearing(self._decoders, self._weights.alternatives)
-        for start in range(0, sound.size, _PIECE):
-            hearing.feed(sound[start : start + _PIECE])
-        return hearing.finish()
+    def _decode(self, sound: Int16Array, decoders: Sequence[Any], block_s: float) -> Recognition:
+        """Decode a whole utterance block by block, as it would have come from a microphone."""
+        utterance = PocketSphinxUtteranceDecoder(decoders, self._search, self._decoding)
+        block = round(block_s * SAMPLE_RATE)
+        for start in range(0, sound.size, block):
+            utterance.feed(sound[start : start + block])
+        return utterance.finish()
 
-    def open(self) -> Hearing:
+    def start_utterance(self) -> UtteranceDecoder:
         """Begin an utterance that is decoded while it arrives; it needs the decoders for itself until it ends."""
-        return PocketSphinxHearing(self._decoders, self._weights.alternatives)
+        return PocketSphinxUtteranceDecoder(self._decoders, self._search, self._decoding)
 
     def add_words(self, words: Mapping[str, str]) -> tuple[str, ...]:
         """Learn words at once; those that the dictionary knows keep its pronunciations.
@@ -239,7 +235,7 @@ class PocketSphinxRecognizer(Recognizer):
             # Before the decoder knows them: it would give them a weight of its own, which stays.
             model = decoder.get_lm(decoder.current_search())
             for word in words:
-                model.add_word(word, _NEW_WORD_WEIGHT)
+                model.add_word(word, self._search.new_word_weight)
             for name, phones in entries[:-1]:
                 decoder.add_word(name, phones, False)
             decoder.add_word(*entries[-1], True)  # only now the search is built anew, which takes its time

@@ -33,7 +33,7 @@ class Recognition:
         return " ".join(word.text for word in self.words)
 
 
-class Hearing(ABC):
+class UtteranceDecoder(ABC):
     """One utterance that is recognised while it arrives: mono int16 samples at 16 kHz."""
 
     @abstractmethod
@@ -41,7 +41,7 @@ class Hearing(ABC):
         """Take the next samples (N,)."""
 
     @abstractmethod
-    def words_so_far(self) -> str:
+    def partial_text(self) -> str:
         """Return the words that are likeliest by now, as one line; empty if that is not known yet."""
 
     @abstractmethod
@@ -49,23 +49,23 @@ class Hearing(ABC):
         """End the utterance and return what it was; times [s] count from its first sample."""
 
 
-class _Collecting(Hearing):
-    """For recognisers that need the whole utterance."""
+class _BufferingDecoder(UtteranceDecoder):
+    """Collects the sound of an utterance for a recogniser that needs it as a whole."""
 
     def __init__(self, recognizer: Recognizer) -> None:
         self._recognizer = recognizer
-        self._pieces: list[Int16Array] = []
+        self._chunks: list[Int16Array] = []
 
     def feed(self, samples: Int16Array) -> None:
-        self._pieces.append(samples)
+        self._chunks.append(samples)
 
-    def words_so_far(self) -> str:
+    def partial_text(self) -> str:
         return ""
 
     def finish(self) -> Recognition:
-        if not self._pieces:
+        if not self._chunks:
             return Recognition(reason="no sound")
-        return self._recognizer.transcribe(np.concatenate(self._pieces), SAMPLE_RATE)
+        return self._recognizer.transcribe(np.concatenate(self._chunks), SAMPLE_RATE)
 
 
 class Recognizer(ABC):
@@ -89,9 +89,9 @@ class Recognizer(ABC):
             SoundFormatError: samples of another type or shape.
         """
 
-    def open(self) -> Hearing:
+    def start_utterance(self) -> UtteranceDecoder:
         """Begin an utterance that arrives piece by piece; one at a time."""
-        return _Collecting(self)
+        return _BufferingDecoder(self)
 
     def add_words(self, words: Mapping[str, str]) -> tuple[str, ...]:  # noqa: ARG002 - this one knows all words
         """Learn further words from now on: word to pronunciation (ARPAbet; empty: by its spelling).

@@ -14,12 +14,11 @@ from uncom_common.full_models import load_pretrained, pick_device, require, weig
 from uncom_language.exceptions import RecognizerError
 from uncom_language.speech.audio.samples import SAMPLE_RATE, FloatArray, as_float, resample, to_int16
 from uncom_language.speech.recognition.recognizer import Recognition, Recognizer, Samples
-from uncom_language.speech.recognition.utterance_verification import why_not_speech
+from uncom_language.speech.recognition.utterance_verification import rejection_reason
+from uncom_language.speech.whisper.options import WHISPER, WhisperOptions
 from uncom_language.types import Alternative, Word
 
 DEFAULT_MODEL = "openai/whisper-large-v3-turbo"
-_CHUNK_S, _STRIDE_S = 30.0, 5.0
-_MIN_DECIBEL = -70.0
 
 
 class WhisperRecognizer(Recognizer):
@@ -30,7 +29,7 @@ class WhisperRecognizer(Recognizer):
     """
 
     def __init__(
-        self, model: str = DEFAULT_MODEL, language: str = "en", device: str = "auto", hypotheses: int = 5
+        self, model: str = DEFAULT_MODEL, language: str = "en", device: str = "auto", options: WhisperOptions = WHISPER
     ) -> None:
         """Load the model.
 
@@ -38,7 +37,7 @@ class WhisperRecognizer(Recognizer):
             model: folder, or name on the model hub.
             language: language tag of the speech.
             device: "auto" takes a GPU where there is one (bfloat16), else the processor (float32).
-            hypotheses: how many are searched; the others become alternatives of short sound.
+            options: how sound is cut, and how many hypotheses are searched for.
 
         Raises:
             NotInstalledError: torch or transformers is missing.
@@ -47,7 +46,8 @@ class WhisperRecognizer(Recognizer):
         transformers = require("transformers")
         self._language = language
         self._name = model
-        self._hypotheses = max(1, hypotheses)
+        self._options = options
+        self._hypotheses = max(1, options.hypotheses)
         self._lock = threading.Lock()
         self._device = pick_device(device)
         self._dtype = weights_format(self._device)
@@ -82,15 +82,15 @@ class WhisperRecognizer(Recognizer):
     def transcribe(self, samples: Samples, sample_rate: int) -> Recognition:
         """Recognise one utterance, or a long recording in chunks."""
         sound = resample(as_float(samples), sample_rate)
-        if sound.size < SAMPLE_RATE // 10:
+        if sound.size < round(self._options.min_sound_s * SAMPLE_RATE):
             return Recognition(reason="too short for a word")
-        if 20.0 * math.log10(float(np.sqrt(np.mean(sound**2))) + 1e-9) < _MIN_DECIBEL:
+        if 20.0 * math.log10(float(np.sqrt(np.mean(sound**2))) + 1e-9) < self._options.min_level_db:
             return Recognition(reason="silence")
         with self._lock:
             words = self._words(sound)
             if not words:
                 return Recognition(reason="no words in it")
-            reason = why_not_speech(to_int16(sound), words)
+            reason = rejection_reason(to_int16(sound), words)
             if reason:
                 return Recognition(reason=reason)
             return Recognition(words, self._alternatives(sound, words))
@@ -102,17 +102,17 @@ class WhisperRecognizer(Recognizer):
 
     def _words(self, sound: FloatArray) -> tuple[Word, ...]:
         options: dict[str, Any] = {"return_timestamps": "word", "generate_kwargs": self._prompt()}
-        if sound.size > _CHUNK_S * SAMPLE_RATE:
-            options |= {"chunk_length_s": _CHUNK_S, "stride_length_s": _STRIDE_S}
+        if sound.size > self._options.chunk_s * SAMPLE_RATE:
+            options |= {"chunk_length_s": self._options.chunk_s, "stride_length_s": self._options.stride_s}
         try:
             made = self._pipeline({"raw": sound, "sampling_rate": SAMPLE_RATE}, **options)
         except (ValueError, RuntimeError, IndexError) as error:
             raise RecognizerError(f"Whisper failed: {str(error).partition(chr(10))[0]}") from error
-        return words_of_chunks(made.get("chunks", ()), sound.size / SAMPLE_RATE)
+        return words_of_chunks(made.get("chunks", ()), sound.size / SAMPLE_RATE, self._options)
 
     def _alternatives(self, sound: FloatArray, words: Sequence[Word]) -> tuple[Alternative, ...]:
         """Return other hypotheses of a beam search; their words share the time of the whole."""
-        if self._hypotheses == 1 or sound.size > _CHUNK_S * SAMPLE_RATE:
+        if self._hypotheses == 1 or sound.size > self._options.chunk_s * SAMPLE_RATE:
             return ()
         torch = require("torch")
         features = self._processor(sound, sampling_rate=SAMPLE_RATE, return_tensors="pt").input_features
@@ -140,11 +140,14 @@ class WhisperRecognizer(Recognizer):
         top = max(logs, default=0.0)
         start, end = words[0].start_s, words[-1].end_s
         return tuple(
-            Alternative(_spread(text.split(), start, end), min(0.0, score - top)) for text, score in found.items()
+            Alternative(_spread_evenly(text.split(), start, end), min(0.0, score - top))
+            for text, score in found.items()
         )
 
 
-def words_of_chunks(chunks: Sequence[Mapping[str, Any]], length_s: float) -> tuple[Word, ...]:
+def words_of_chunks(
+    chunks: Sequence[Mapping[str, Any]], length_s: float, options: WhisperOptions = WHISPER
+) -> tuple[Word, ...]:
     """Return the words of a pipeline's chunks with times in order and within the sound.
 
     A missing end time (the last word of a cut sound) is the end of the sound; a word without length gets a frame.
@@ -157,7 +160,10 @@ def words_of_chunks(chunks: Sequence[Mapping[str, Any]], length_s: float) -> tup
             continue
         start, end = chunk["timestamp"]
         start_s = min(max(before, before if start is None else float(start)), length_s)
-        end_s = min(max(start_s + 0.02, length_s if end is None else float(end)), max(length_s, start_s + 0.02))
+        end_s = min(
+            max(start_s + options.min_word_s, length_s if end is None else float(end)),
+            max(length_s, start_s + options.min_word_s),
+        )
         words.append(Word(text, start_s, end_s))
         before = start_s
     return tuple(words)
@@ -168,6 +174,6 @@ def plain_word(text: str) -> str:
     return text.strip().lower().strip('.,;:!?"()[]…-')
 
 
-def _spread(words: Sequence[str], start_s: float, end_s: float) -> tuple[Word, ...]:
+def _spread_evenly(words: Sequence[str], start_s: float, end_s: float) -> tuple[Word, ...]:
     step = (end_s - start_s) / max(1, len(words))
     return tuple(Word(text, start_s + step * i, start_s + step * (i + 1), 0.0) for i, text in enumerate(words))
