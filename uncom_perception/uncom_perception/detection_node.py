@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import sys
 from collections import deque
 from typing import Any
@@ -42,10 +41,9 @@ from uncom_perception.exceptions import InvalidImageError
 from uncom_perception.frames import RawBuffer, stamp_of
 from uncom_perception.objects.attributes.lexicon import load_lexicon
 from uncom_perception.objects.detectors.make_detector import detector_of
-from uncom_perception.objects.tracking.external_models import with_models
-from uncom_perception.objects.tracking.object_tracker import ObjectTracker
+from uncom_perception.objects.scene_detector import CameraImage, OutsidePoses, SceneDetector
 from uncom_perception.segmentation.backends import segmenter_of
-from uncom_perception.types import Box, FloatArray, Scene
+from uncom_perception.types import Box
 
 _CAMERA = "/head_front_camera"
 
@@ -58,10 +56,10 @@ class DetectionNode(ConfiguredNode[DetectionConfig]):
         super().__init__("detection_node", DetectionConfig, **node_options)
         config = self.config
         self._segmenter = segmenter_of(config)
-        self._detector = detector_of(config, self._segmenter)
+        detector = detector_of(config, self._segmenter)
+        same_name = load_lexicon(config.lexicon or None).same
+        self._detector = SceneDetector(detector, same_name, track=config.track_objects, warn=self._warn)
         self._estimator = make_depth_estimator(config.depth_backend, config.depth_model, config.device)
-        self._tracker = ObjectTracker() if self.config.track_objects else None
-        self._lexicon = load_lexicon(self.config.lexicon or None)
         self._poses: deque[bytes] = deque(maxlen=20)  # serialized: meshes are read only where somebody asks
         self._frames = RawBuffer(self.config.buffer_s)
         self._camera: CameraInfo | None = None
@@ -103,11 +101,10 @@ class DetectionNode(ConfiguredNode[DetectionConfig]):
                 pose, frame = transform.matrix, transform.parent
             hands = hands_from_msg(request.hands)
             stamp = seconds_from_msg(request.image.header.stamp)
-            scene = self._detector.detect(image, depth, camera, pose, list(request.phrases), hands, stamp)
-            scene = dataclasses.replace(scene, frame_id=frame)
-            if self._tracker is not None and pose is not None:
-                scene = self._tracker.update(scene, depth, camera, pose)
-            scene = self._with_models(scene, request.image.header.frame_id, pose)
+            camera_frame = request.image.header.frame_id
+            view = CameraImage(stamp, image, depth, camera, pose, camera_frame, frame)
+            outside = self._outside_poses(stamp)
+            scene = self._detector.detect(view, list(request.phrases), hands, outside)
         except UncomError as error:
             response.success, response.reason, response.backend = False, str(error), self._detector.name
             return response
@@ -133,21 +130,16 @@ class DetectionNode(ConfiguredNode[DetectionConfig]):
         if request.camera_info.k[0] <= 0.0 and self._camera is not None:
             request.camera_info = self._camera
 
-    def _with_models(self, scene: Scene, camera_frame: str, pose: FloatArray | None) -> Scene:
-        """Match the poses of an outside estimator, if there are any of about this time, to what is seen."""
-        near = [raw for raw in tuple(self._poses) if abs(_age_s(raw, scene)) <= self.config.model_age_s]
+    def _outside_poses(self, stamp_s: float) -> OutsidePoses | None:
+        """Return the poses of an outside estimator of about a time [s], if there are any."""
+        near = [raw for raw in tuple(self._poses) if abs(_age_s(raw, stamp_s)) <= self.config.model_age_s]
         if not near:
-            return scene
-        msg = deserialize_message(min(near, key=lambda raw: abs(_age_s(raw, scene))), ObjectPoses)
-        models = models_from_msg(msg)
-        if msg.header.frame_id == camera_frame and pose is not None and scene.frame_id != camera_frame:
-            models = tuple(dataclasses.replace(m, pose=pose @ m.pose) for m in models)
-        elif msg.header.frame_id != scene.frame_id:
-            frames = f"{msg.header.frame_id} is neither {scene.frame_id} nor {camera_frame}"
-            self.get_logger().warning(f"object poses are left out: their frame {frames}", throttle_duration_sec=10.0)
-            return scene
-        eye = np.zeros(3) if pose is None else pose[:3, 3]
-        return with_models(scene, models, self._lexicon.same, eye)
+            return None
+        msg = deserialize_message(min(near, key=lambda raw: abs(_age_s(raw, stamp_s))), ObjectPoses)
+        return OutsidePoses(seconds_from_msg(msg.header.stamp), msg.header.frame_id, models_from_msg(msg))
+
+    def _warn(self, text: str) -> None:
+        self.get_logger().warning(text, throttle_duration_sec=10.0)
 
     def _segment(self, request: Segment.Request, response: Segment.Response) -> Segment.Response:
         response.backend = self._segmenter.name
@@ -186,8 +178,8 @@ class DetectionNode(ConfiguredNode[DetectionConfig]):
         return np.asarray(depth * np.float32(factor))
 
 
-def _age_s(raw: bytes, scene: Scene) -> float:
-    return stamp_of(raw) * 1e-9 - scene.stamp_s
+def _age_s(raw: bytes, stamp_s: float) -> float:
+    return stamp_of(raw) * 1e-9 - stamp_s
 
 
 def main(args: list[str] | None = None) -> None:
