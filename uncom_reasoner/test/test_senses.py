@@ -7,9 +7,10 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from reasoner_scenes import POSE, TABLE_Z, command, pointing, reference
-from uncom_reasoner.evidence.frame_buffer import StampedBuffer, scene_frame
-from uncom_reasoner.evidence.grounding_job import Job, gestures_complete, out_of_time, words_span
+from uncom_reasoner.evidence.frame_buffer import StampedBuffer, choose_scene_frame
+from uncom_reasoner.evidence.gesture_timing import gestures_complete, words_span
 from uncom_reasoner.pointing.ray_fusion import observe
+from uncom_reasoner.session.task import GroundingTask
 from uncom_reasoner.weights import load_weights
 
 
@@ -48,29 +49,30 @@ def hands(start, end):
 
 
 def test_the_scene_is_seen_before_the_hand_comes_in():
-    found = scene_frame(FRAMES, hands(2.0, 5.0), 3.0, 0.4, 0.8)
+    found = choose_scene_frame(FRAMES, hands(2.0, 5.0), 3.0, 0.4, 0.8)
     assert not found.with_hand
     assert found.stamp_s < 2.0 - 0.8
 
 
 def test_a_hand_that_was_there_from_the_start_but_left_is_no_trouble():
-    found = scene_frame(FRAMES, hands(0.0, 4.0), 3.0, 0.4, 0.8)
+    found = choose_scene_frame(FRAMES, hands(0.0, 4.0), 3.0, 0.4, 0.8)
     assert not found.with_hand
     assert found.stamp_s > 4.4
 
 
 def test_with_a_hand_all_the_time_the_object_frame_is_used_with_the_hand():
-    found = scene_frame(FRAMES, hands(0.0, 9.0), 3.0, 0.4, 0.8)
+    found = choose_scene_frame(FRAMES, hands(0.0, 9.0), 3.0, 0.4, 0.8)
     assert (found.stamp_s, found.with_hand) == (3.0, True)
-    assert scene_frame([], [], 0.0, 0.4, 0.8) is None
+    assert choose_scene_frame([], [], 0.0, 0.4, 0.8) is None
 
 
 def test_without_a_gesture_node_the_wait_ends():
-    job = Job(command(reference("lemon", 1.0, 1.4), reference("bowl", 2.0, 2.4)), received_s=3.0, received_wall_s=50.0)
-    assert words_span(job.command).end_s == 2.4
-    assert not out_of_time(job, 4.9, 51.9, 0.6, 2.0)
-    assert out_of_time(job, 5.1, 52.1, 0.6, 2.0)
-    assert out_of_time(job, 3.0, 56.1, 0.6, 2.0)  # should the clock of the stamps stand still
+    named = command(reference("lemon", 1.0, 1.4), reference("bowl", 2.0, 2.4))
+    task = GroundingTask(named, received_s=3.0, received_steady_s=50.0)
+    assert words_span(task.command).end_s == 2.4
+    assert not task.is_out_of_time(4.9, 51.9, 0.6, 2.0)
+    assert task.is_out_of_time(5.1, 52.1, 0.6, 2.0)
+    assert task.is_out_of_time(3.0, 56.1, 0.6, 2.0)  # should the clock of the stamps stand still
 
 
 def test_words_that_need_no_gesture_do_not_wait_for_one():

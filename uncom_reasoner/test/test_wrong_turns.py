@@ -12,7 +12,7 @@ from uncom_common.primitive import Primitive
 from uncom_language.types import Relation
 from uncom_reasoner.config import PlacingConfig, ReasonerConfig
 from uncom_reasoner.dialogue.conversation import Conversation
-from uncom_reasoner.evidence.sensor_memory import Senses
+from uncom_reasoner.evidence.sensor_memory import SensorMemory
 from uncom_reasoner.grounding.ground import ground
 from uncom_reasoner.pointing.ray_fusion import observe
 from uncom_reasoner.types import Status, TargetKind, View
@@ -37,15 +37,15 @@ def here(start=1.9, obj=None):
 
 
 def test_m5_object_and_target_that_end_together_or_after_the_last_image_are_no_trouble():
-    senses = Senses(ReasonerConfig())
+    memory = SensorMemory(ReasonerConfig())
     for stamp in np.arange(0.0, 2.0, 0.125):
-        senses.images.add(float(stamp), "image")
+        memory.images.add(float(stamp), "image")
     same = command(reference("lemon", 1.0, 1.5), reference("bowl", 1.0, 1.5))
     late = command(reference("lemon", 8.0, 9.0), reference("bowl", 9.0, 10.0))
     for cmd in (same, late):
-        choice = senses.scene_frame(cmd)
-        assert senses.image_at(choice.stamp_s) == "image"
-        assert senses.nearest_image_s(10.0) == pytest.approx(1.875)
+        choice = memory.choose_frame(cmd)
+        assert memory.image_at(choice.stamp_s) == "image"
+        assert memory.nearest_image_s(10.0) == pytest.approx(1.875)
     assert ground(evidence(same, THINGS)).grounded.status is Status.GROUNDED
 
 

@@ -1,43 +1,43 @@
 # SPDX-License-Identifier: Apache-2.0
 """The cores of the nodes chained in one process, without ROS: a recording in, grounded commands out.
 
-Each step is the very function that the node calls, with the node's own parameters; what a command may use is what has
-been seen when the hands up to a while after its last word are known, as in the reasoner node. So the same recording
-gives the same answer, however fast the machine is.
+Each step is the very function or object that the node calls, with the node's own parameters: the listener, the parser,
+the gesture reader, `SceneDetector` and the `Session`. What a command may use is what has been seen when the hands up to
+a while after its last word are known, as in the reasoner node. So the same recording gives the same answer, however
+fast the machine is.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import time
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
-from uncom_common.exceptions import UncomError
 from uncom_language.back_end_factory import recognizer_from_config, understanding_from_config
 from uncom_language.types import Act, Command, Transcript
 from uncom_perception.hands.backends import load_hand_detectors, make_gesture_reader
 from uncom_perception.hands.bridge import HandBridge
+from uncom_perception.objects.attributes.lexicon import load_lexicon
 from uncom_perception.objects.detectors.make_detector import detector_of
-from uncom_perception.objects.tracking.object_tracker import ObjectTracker
+from uncom_perception.objects.scene_detector import SceneDetector
 from uncom_perception.segmentation.backends import segmenter_of
-from uncom_perception.types import HandsFrame, Scene
-from uncom_reasoner.detector_phrases import goes_back, phrases_of
+from uncom_perception.types import HandsFrame
 from uncom_reasoner.dialogue.conversation import Conversation
-from uncom_reasoner.evidence.evidence_builder import evidence_of
-from uncom_reasoner.evidence.grounding_job import Job, words_span
-from uncom_reasoner.evidence.sensor_memory import SeenHands, Senses
-from uncom_reasoner.grounding.decision import failed
-from uncom_reasoner.grounding.phrasing import refusal
-from uncom_reasoner.posterior.discourse_memory import Memory
+from uncom_reasoner.evidence.gesture_timing import words_span
+from uncom_reasoner.session.events import Report
+from uncom_reasoner.session.session import Session
+from uncom_reasoner.session.synchronous import run_tasks
 from uncom_reasoner.types import Decision, Evidence
 from uncom_reasoner.weights import Weights, load_weights
 
 from uncom_bringup.chain.config import ChainConfig
 from uncom_bringup.chain.hearing import Attention, Heard, hear
-from uncom_bringup.chain.recording import Recording, Rgb
+from uncom_bringup.chain.recording import Recording
+from uncom_bringup.chain.recording_source import RecordingClock, RecordingSource
+from uncom_bringup.chain.stage_timer import StageTimer
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,16 +61,6 @@ class ChainResult:
     latency_s: dict[str, float] = field(default_factory=dict)
 
 
-class _Clock:
-    """Adds up processor time by stage."""
-
-    def __init__(self) -> None:
-        self.spent: dict[str, float] = {}
-
-    def add(self, stage: str, since: float) -> None:
-        self.spent[stage] = self.spent.get(stage, 0.0) + time.process_time() - since
-
-
 class Chain:
     """The cores of speech, language, gesture, detection and reasoner; loading them takes some seconds."""
 
@@ -84,7 +74,12 @@ class Chain:
         self._recognizer = recognizer_from_config(self.config.speech)
         self._understanding = understanding_from_config(self.config.language)
         self._hand_detectors = load_hand_detectors(self.config.gesture)
-        self._detector = detector_of(self.config.detection, segmenter_of(self.config.detection))
+        detection = self.config.detection
+        self._detector = SceneDetector(
+            detector_of(detection, segmenter_of(detection)),
+            load_lexicon(detection.lexicon or None).same,
+            track=detection.track_objects,
+        )
         self._weights: Weights = load_weights(self.config.reasoner.weights_file)
         self._placing = self.config.reasoner.placing()
 
@@ -130,75 +125,6 @@ class Chain:
         """Return up to when [s] hands have to be known before a command is decided on."""
         return words_span(command).end_s + self.config.reasoner.late_pointing_s
 
-    def look(
-        self,
-        recording: Recording,
-        command: Command,
-        hands: Sequence[HandsFrame],
-        memory: Memory,
-        known: Sequence[Evidence] = (),
-        tracker: ObjectTracker | None = None,
-    ) -> Evidence | None:
-        """Gather what a command is decided on; None if there is no image.
-
-        Where the same image was searched for the same phrases before (`known`), it is not searched again. The tracker
-        knows the things of earlier images.
-
-        Raises:
-            UncomError: the detector cannot work with the image.
-        """
-        senses = self._senses(recording, hands, self.needed_until_s(command))
-        until_s = senses.look_until(command)
-        choice = senses.scene_frame(command, float("inf") if until_s is None else until_s)
-        image = senses.image_at(choice.stamp_s) if choice is not None else None
-        if choice is None or image is None:
-            return None
-        job = Job(command, 0.0, 0.0, scene_s=choice.stamp_s, with_hand=choice.with_hand)
-        job.phrases = phrases_of(command, memory.noun)
-        same = (e.scene for e in known if e.scene.stamp_s == choice.stamp_s and e.phrases == job.phrases)
-        job.scene = next(same, None) or self._detect(recording, senses, job, image, tracker)
-        enough_s = senses.hands_until(command, self._weights)
-        job.until_s = float("inf") if enough_s is None else enough_s
-        return evidence_of(job, senses, self.config.reasoner.base_frame)
-
-    def _detect(
-        self, recording: Recording, senses: Senses, job: Job, image: Rgb, tracker: ObjectTracker | None
-    ) -> Scene:
-        pose = senses.camera_in_base(job.scene_s)
-        scene = self._detector.detect(
-            image,
-            senses.depth_at(job.scene_s),
-            recording.camera,
-            pose,
-            job.phrases,
-            senses.hands_at(job.scene_s) if job.with_hand else None,
-            job.scene_s,
-        )
-        frame_id = self.config.reasoner.base_frame if pose is not None else recording.camera_frame
-        scene = dataclasses.replace(scene, frame_id=frame_id)
-        if not self.config.detection.track_objects or pose is None:
-            return scene
-        depth = senses.depth_at(job.scene_s)
-        return (tracker or ObjectTracker()).update(scene, depth, recording.camera, pose)
-
-    def _senses(self, recording: Recording, hands: Sequence[HandsFrame], until_s: float) -> Senses:
-        """Remember what came up to the first image at or after a time [s]."""
-        senses = Senses(self.config.reasoner)
-        senses.camera, senses.camera_frame = recording.camera, recording.camera_frame
-        for transform, static in recording.transforms:
-            senses.transforms.add(transform, static=static)
-        for frame in recording.frames():
-            senses.images.add(frame.stamp_s, frame.rgb)
-            if frame.depth is not None and self.config.reasoner.use_depth:
-                senses.depths.add(frame.stamp_s, frame.depth)
-            if frame.stamp_s >= until_s:
-                break
-        last_s = senses.images.latest_s()
-        for seen in hands:
-            if seen.stamp_s <= last_s:
-                senses.hands.add(seen.stamp_s, SeenHands(seen, seen))
-        return senses
-
     def conversation(self) -> Conversation:
         """Return a conversation without a past."""
         return Conversation(self._weights, self._placing, self.config.reasoner.question_timeout_s)
@@ -212,20 +138,17 @@ class Chain:
 
         Hands are read as far as the commands need them, and at least up to watch_until_s [s].
         """
-        clock = _Clock()
-        start = time.process_time()
-        heard = self.hear(recording)
-        clock.add("speech", start)
-        start = time.process_time()
-        commands = tuple(command for transcript in heard.transcripts for command in self.parse(transcript))
-        clock.add("language", start)
-        wanted = [self.needed_until_s(c) for c in commands if c.act is Act.COMMAND]
-        start = time.process_time()
-        until_s = max([watch_until_s, *wanted])
-        hands = self.watch(recording, until_s, heard.attention) if np.isfinite(until_s) else ()
-        clock.add("hands", start)
-        groundings = self.ground_all(recording, commands, hands, clock=clock)
-        return ChainResult(heard.transcripts, commands, hands, groundings, clock.spent)
+        times = StageTimer()
+        with times.stage("speech"):
+            heard = self.hear(recording)
+        with times.stage("language"):
+            commands = tuple(command for transcript in heard.transcripts for command in self.parse(transcript))
+        with times.stage("hands"):
+            needed_s = [self.needed_until_s(c) for c in commands if c.act is Act.COMMAND]
+            until_s = max([watch_until_s, *needed_s])
+            hands = self.watch(recording, until_s, heard.attention) if np.isfinite(until_s) else ()
+        groundings = self.ground_all(recording, commands, hands, times=times)
+        return ChainResult(heard.transcripts, commands, hands, groundings, times.spent_s)
 
     def ground_all(
         self,
@@ -233,48 +156,45 @@ class Chain:
         commands: Sequence[Command],
         hands: Sequence[HandsFrame],
         *,
-        scenes: Sequence[Evidence] = (),
-        clock: _Clock | None = None,
+        known: Sequence[Evidence] = (),
+        times: StageTimer | None = None,
     ) -> tuple[Grounding, ...]:
-        """Ground commands one after the other, each knowing of those before; scenes are looked at already.
+        """Ground commands one after the other in one session, each with what was said before.
 
         Nobody answers questions here: a command that is asked about stays so, and what comes after it is left.
-        """
-        clock, talk, tracker = clock or _Clock(), self.conversation(), ObjectTracker()
-        done: list[Grounding] = []
-        for command in commands:
-            grounding = self._ground(recording, command, hands, scenes, (talk, tracker), clock)
-            if grounding is not None:
-                done.append(grounding)
-            if talk.dialogue.question is not None:
-                break
-        return tuple(done)
 
-    def _ground(
-        self,
-        recording: Recording,
-        command: Command,
-        hands: Sequence[HandsFrame],
-        scenes: Sequence[Evidence],
-        so_far: tuple[Conversation, ObjectTracker],
-        clock: _Clock,
-    ) -> Grounding | None:
-        talk, tracker = so_far
-        if command.act is Act.INCOMPLETE and goes_back(command):
-            command = dataclasses.replace(command, act=Act.COMMAND)
-        if command.act in (Act.REFUSED, Act.INCOMPLETE, Act.FRAGMENT):
-            return Grounding(command, Decision(failed(command, refusal(command))))
-        if command.act is not Act.COMMAND:
-            return None
-        start = time.process_time()
-        try:
-            evidence = self.look(recording, command, hands, talk.memory, scenes, tracker)
-        except UncomError as error:
-            return Grounding(command, Decision(failed(command, f"I cannot look at the table: {error}")))
-        clock.add("detection", start)
-        if evidence is None:
-            return Grounding(command, Decision(failed(command, "I see nothing: no camera images arrive.")))
-        start = time.process_time()
-        turn = talk.decide(evidence, 0.0)
-        clock.add("deciding", start)
-        return Grounding(command, turn.decisions[0], evidence, turn.decisions[1:])
+        Args:
+            recording: with the images.
+            commands: in the order of speaking.
+            hands: of the recording's images.
+            known: of earlier decisions: where the same image was searched for the same phrases, it is not again.
+            times: adds up processor time.
+        """
+        self._detector.forget()
+        session = Session(self.config.reasoner, self._weights, RecordingClock())
+        source = RecordingSource(recording, hands, session.memory, self._detector, self.config, known)
+        times, groundings = times or StageTimer(), list[Grounding]()
+        for command in commands:
+            with times.stage("detection"):
+                source.play_until(self.needed_until_s(command))
+            with times.stage("deciding", less="detection"):
+                told = (
+                    *session.interrupt(command),
+                    *session.hear(command),
+                    *run_tasks(session, partial(times.timed, "detection", source.detect)),
+                )
+            groundings += groundings_from([event for event in told if isinstance(event, Report)])
+            if session.conversation.dialogue.question is not None:
+                break
+        return tuple(groundings)
+
+
+def groundings_from(reports: Sequence[Report]) -> list[Grounding]:
+    """Put the decisions of each command together."""
+    found: list[Grounding] = []
+    for report in reports:
+        if found and found[-1].command is report.command:
+            found[-1] = dataclasses.replace(found[-1], others=(*found[-1].others, report.decision))
+        else:
+            found.append(Grounding(report.command, report.decision, report.evidence))
+    return found

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import StampedTransform
+from uncom_perception.objects.scene_detector import OutsidePoses
 
 Rgb = npt.NDArray[np.uint8]
 Depth = npt.NDArray[np.float32]
@@ -51,6 +52,10 @@ class Recording(Protocol):
     @property
     def transforms(self) -> Sequence[tuple[StampedTransform, bool]]:
         """All transforms; True for static ones."""
+
+    @property
+    def object_poses(self) -> Sequence[OutsidePoses]:
+        """Poses of an outside estimator; empty where there is none."""
 
     def frames(self) -> Iterator[CameraFrame]:
         """Yield the images in order of time."""

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The reasoner's eyes: the camera's topics into its memory, and questions to the detector."""
+"""The camera's topics, hands and transforms into the session's memory, and the client of the detector."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -19,77 +19,105 @@ from uncom_common.conversions import (
     stamped_transforms_from_msg,
 )
 from uncom_common.transforms import StampedTransform
-from uncom_perception.conversions import hands_from_msg
+from uncom_perception.conversions import hands_from_msg, hands_to_msg, scene_from_response
 
 from uncom_interfaces.msg import Hands
 from uncom_interfaces.srv import Detect
 from uncom_reasoner.config import ReasonerConfig
-from uncom_reasoner.evidence.sensor_memory import SeenHands, Senses
+from uncom_reasoner.session.events import Events
+from uncom_reasoner.session.session import Session
+from uncom_reasoner.session.task import DetectionRequest
 
-CAMERA = "/head_front_camera"
+_CAMERA = "/head_front_camera"
 
 
-class Looking:
-    """Subscriptions that fill the senses, and the client of /uncom/detect; nothing here waits."""
+class CameraIo:
+    """Subscriptions that fill the memory, and the client of /uncom/detect; nothing here waits."""
 
-    def __init__(self, node: Node, config: ReasonerConfig, senses: Senses, group: CallbackGroup) -> None:
-        """Connect."""
-        self._config, self._senses = config, senses
+    def __init__(
+        self,
+        node: Node,
+        config: ReasonerConfig,
+        session: Session,
+        group: CallbackGroup,
+        publish: Callable[[Events], None],
+    ) -> None:
+        """Create the subscriptions and the client.
+
+        Args:
+            node: that receives.
+            config: of the node.
+            session: whose memory is filled and whose requests are passed on.
+            group: of the callbacks.
+            publish: publishes what the session makes of an answer.
+        """
+        self._session, self._memory, self._publish = session, session.memory, publish
+        self._camera_info: CameraInfo | None = None
         self.image_s = self.depth_s = float("-inf")  # stamps of the newest that came [s]
         reliability = ReliabilityPolicy.RELIABLE if config.reliable_images else ReliabilityPolicy.BEST_EFFORT
         images = QoSProfile(depth=10, reliability=reliability)
-        fixed = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        latched = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         subscribe = partial(node.create_subscription, callback_group=group)
-        subscribe(Image, f"{CAMERA}/rgb/image_raw", self._on_image, images)
-        subscribe(CameraInfo, f"{CAMERA}/rgb/camera_info", self._on_camera_info, images)
+        subscribe(Image, f"{_CAMERA}/rgb/image_raw", self._on_image, images)
+        subscribe(CameraInfo, f"{_CAMERA}/rgb/camera_info", self._on_camera_info, images)
         if config.use_depth:
-            subscribe(Image, f"{CAMERA}/depth_registered/image_raw", self._on_depth, images)
+            subscribe(Image, f"{_CAMERA}/depth_registered/image_raw", self._on_depth, images)
         subscribe(Hands, "/uncom/hands", self._on_hands, 50)
         subscribe(TFMessage, "/tf", partial(self._on_tf, static=False), QoSProfile(depth=100))
-        subscribe(TFMessage, "/tf_static", partial(self._on_tf, static=True), fixed)
-        self._detect = node.create_client(Detect, "/uncom/detect", callback_group=group)
+        subscribe(TFMessage, "/tf_static", partial(self._on_tf, static=True), latched)
+        self._client = node.create_client(Detect, "/uncom/detect", callback_group=group)
 
     def _on_image(self, msg: Image) -> None:
-        self._senses.camera_frame = msg.header.frame_id
+        self._memory.camera_frame = msg.header.frame_id
         self.image_s = seconds_from_msg(msg.header.stamp)
-        self._senses.images.add(self.image_s, msg)
+        self._memory.images.add(self.image_s, msg)
 
     def _on_depth(self, msg: Image) -> None:
         self.depth_s = seconds_from_msg(msg.header.stamp)
-        self._senses.depths.add(self.depth_s, msg)
+        self._memory.depths.add(self.depth_s, msg)
 
     def _on_camera_info(self, msg: CameraInfo) -> None:
-        if self._senses.camera_info is None or list(self._senses.camera_info.k) != list(msg.k):
-            self._senses.camera = camera_from_msg(msg)
-            self._senses.camera_info = msg
+        if self._camera_info is None or list(self._camera_info.k) != list(msg.k):
+            self._camera_info = msg
+            self._memory.camera = camera_from_msg(msg)
 
     def _on_hands(self, msg: Hands) -> None:
-        self._senses.hands.add(seconds_from_msg(msg.header.stamp), SeenHands(hands_from_msg(msg), msg))
+        self._memory.hands.add(seconds_from_msg(msg.header.stamp), hands_from_msg(msg))
 
     def _on_tf(self, msg: TFMessage, *, static: bool) -> None:
         for transform in stamped_transforms_from_msg(msg.transforms):
-            self._senses.transforms.add(transform, static=static)
+            self._memory.transforms.add(transform, static=static)
 
-    def ready(self) -> bool:
-        """Whether the detector is there."""
-        return bool(self._detect.service_is_ready())
+    def detector_ready(self) -> bool:
+        """Whether the detection node is there."""
+        return bool(self._client.service_is_ready())
 
-    def detect(self, stamp_s: float, phrases: Sequence[str], done: Callable[[Any], None], *, with_hand: bool) -> bool:
-        """Ask for the things in the image of a time; `done` gets the future. False if the image is gone."""
-        image = self._senses.image_at(stamp_s)
-        if image is None or self._senses.camera_info is None:
-            return False
-        request = Detect.Request(image=image, camera_info=self._senses.camera_info, phrases=list(phrases))
-        depth = self._senses.depth_at(stamp_s)
+    def detect(self, request: DetectionRequest) -> None:
+        """Ask the detection node; the session is given the answer when it comes."""
+        stamp_s = request.frame.stamp_s
+        image = self._memory.image_at(stamp_s)
+        if image is None or self._camera_info is None:
+            self._publish(self._session.take_failure(request, "the image is gone"))
+            return
+        message = Detect.Request(image=image, camera_info=self._camera_info, phrases=list(request.phrases))
+        depth = self._memory.depth_at(stamp_s)
         if depth is not None:
-            request.depth = depth
-        transform = self._senses.camera_in_base(stamp_s)
+            message.depth = depth
+        transform = self._memory.camera_in_base(stamp_s)
         if transform is not None:
-            request.has_transform = True
-            stamped = StampedTransform(stamp_s, self._config.base_frame, image.header.frame_id, transform)
-            request.camera_in_base = stamped_transform_to_msg(stamped)
-        hands = self._senses.hands_at(stamp_s)
-        if with_hand and hands is not None:
-            request.hands = hands
-        self._detect.call_async(request).add_done_callback(done)
-        return True
+            message.has_transform = True
+            stamped = StampedTransform(stamp_s, self._memory.base_frame, image.header.frame_id, transform)
+            message.camera_in_base = stamped_transform_to_msg(stamped)
+        hands = self._memory.hands_at(stamp_s)
+        if request.frame.with_hand and hands is not None:
+            message.hands = hands_to_msg(hands)
+        self._client.call_async(message).add_done_callback(partial(self._on_answer, request))
+
+    def _on_answer(self, request: DetectionRequest, future: Any) -> None:
+        response = future.result() if future.exception() is None else None
+        if response is None:
+            self._publish(self._session.take_failure(request, "no answer"))
+        elif not response.success:
+            self._publish(self._session.take_failure(request, response.reason))
+        else:
+            self._session.take_scene(request, scene_from_response(response))

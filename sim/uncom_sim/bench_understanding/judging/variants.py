@@ -85,8 +85,8 @@ def _grounded(
     chain: Chain, recording: TakeRecording, transcript: Transcript, hands: Sequence[HandsFrame], known: Grounding | None
 ) -> Grounding | None:
     commands = chain.parse(transcript)
-    scenes = (known.evidence,) if known is not None and known.evidence is not None else ()
-    done = chain.ground_all(recording, commands, hands, scenes=scenes)
+    evidence = (known.evidence,) if known is not None and known.evidence is not None else ()
+    done = chain.ground_all(recording, commands, hands, known=evidence)
     return next((g for g in done if g.command.act is Act.COMMAND), next(iter(done), None))
 
 

@@ -19,6 +19,7 @@ from uncom_bringup.bags.image_codec import decode_colour, decode_depth
 from uncom_bringup.chain.recording import CameraFrame
 from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import StampedTransform, matrix_from_pose
+from uncom_perception.objects.scene_detector import OutsidePoses
 
 from uncom_sim.exceptions import SimError
 from uncom_sim.types import ObjectState, SpokenWord
@@ -80,6 +81,7 @@ class TakeRecording:
     stored: tuple[StoredFrame, ...]
     truth: Truth
     sample_rate: int = SAMPLE_RATE_HZ
+    object_poses: tuple[OutsidePoses, ...] = ()
 
     @property
     def transforms(self) -> Sequence[tuple[StampedTransform, bool]]:
