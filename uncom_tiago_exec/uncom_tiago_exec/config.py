@@ -32,6 +32,9 @@ class ExecutionConfig:
     preempt: bool = field(default=False, metadata={"description": "a new command stops the one being carried out"})
     reliable_images: bool = field(default=True, metadata={"description": "QoS of image subscriptions"})
     base_frame: str = field(default="base_footprint", metadata={"description": "frame of all poses"})
+    odom_frame: str = field(
+        default="odom", metadata={"description": "frame that stays where it is while the base drives"}
+    )
     seed: int = field(default=1, metadata={"description": "of the random restarts"})
 
     def __post_init__(self) -> None:

@@ -16,13 +16,19 @@ from uncom_common.conversions import duration_to_msg, matrix_from_pose_msg, prim
 from uncom_perception.conversions import detection_from_msg, polygon_from_msg, table_from_msg
 
 from uncom_interfaces.msg import ExecutionStatus, GroundedCommand, GroundedTarget
-from uncom_tiago_exec.types import ManipulationTask, Stage, Status, Trajectory
+from uncom_tiago_exec.types import BasePose, FloatArray, ManipulationTask, Stage, Status, Trajectory
 
 _POINTING = {"this", "that", "these", "those", "the", "a", "an", "it", "them", "here", "there", "one"}
 
 
+def base_pose_from_matrix(matrix: FloatArray) -> BasePose:
+    """Read a transform (4, 4) from base_footprint to odom as the pose of a base that stands upright."""
+    yaw = float(np.arctan2(matrix[1, 0], matrix[0, 0]))
+    return BasePose(float(matrix[0, 3]), float(matrix[1, 3]), yaw)
+
+
 def task_from_msg(msg: GroundedCommand) -> ManipulationTask:
-    """Read a grounded command as a task.
+    """Read a grounded command as a task in the frame of its header.
 
     Raises:
         UnknownPrimitiveError: the primitive is not one of the constants.

@@ -48,9 +48,4 @@ class MotionError(ExecutionError):
 
 
 class StoppedError(ExecutionError):
-    """The motion was stopped on request; `driven_m` is how far the base had come by then [m]."""
-
-    def __init__(self, message: str, driven_m: float = 0.0) -> None:
-        """Keep the distance."""
-        self.driven_m = driven_m
-        super().__init__(message)
+    """The motion was stopped on request."""

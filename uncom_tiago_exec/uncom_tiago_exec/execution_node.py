@@ -21,7 +21,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Empty, String
 from std_srvs.srv import Trigger
 from uncom_common.configured_node import ConfiguredNode, run_node
-from uncom_common.conversions import header_to_msg
+from uncom_common.conversions import header_to_msg, seconds_from_msg
 from uncom_common.exceptions import UncomError
 
 from uncom_interfaces.action import Execute
@@ -32,6 +32,7 @@ from uncom_tiago_exec.exceptions import RefusedError
 from uncom_tiago_exec.execution.engine import Engine
 from uncom_tiago_exec.robot.robot_model import RobotModel
 from uncom_tiago_exec.ros.ros_robot import RosRobot
+from uncom_tiago_exec.scene.base_frame import task_in_odom
 from uncom_tiago_exec.types import ManipulationTask, Outcome, Stage, Status
 
 STOPPED_TEXT = "I was stopped; /uncom/reset lets me move again"
@@ -189,7 +190,7 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
 
     def _carry_out(self, job: _Job) -> Outcome:
         try:
-            task = task_from_msg(job.command)
+            task = self._task_in_odom(job.command)
             engine = self._engine_for(self._robot_model())
             if self.config.require_approval:
                 self._ask(job, task)
@@ -201,6 +202,13 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
             self.get_logger().error(f"internal fault: {type(error).__name__}: {error}")
             self._robot.halt()
             return self._refuse(job, Stage.FAILED, f"internal fault while executing ({type(error).__name__})")
+
+    def _task_in_odom(self, command: GroundedCommand) -> ManipulationTask:
+        """Return a command as a task in odom, from where the base stood when its header was stamped."""
+        task = task_from_msg(command)
+        if command.header.frame_id == self.config.odom_frame:
+            return task
+        return task_in_odom(task, self._robot.base_pose(seconds_from_msg(command.header.stamp)))
 
     def _refuse(self, job: _Job, stage: Stage, text: str) -> Outcome:
         self._publish(job, Status(stage, text))

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values of doing. Poses are (4, 4) in base_footprint [m]; joint vectors follow their group's joint order [rad, m]."""
+"""Values of execution.
+
+Poses are (4, 4) [m], in base_footprint unless said otherwise; joint vectors follow their group's order [rad, m].
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 from uncom_common.primitive import Primitive
+from uncom_common.transforms import invert
 from uncom_perception.types import Detection, TableSurface
 
 FloatArray = npt.NDArray[np.float64]
@@ -37,8 +41,40 @@ class Stage(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class BasePose:
+    """Where the base stands: base_footprint in odom, x and y [m], yaw about the vertical [rad]."""
+
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+
+    @property
+    def transform_base_to_odom(self) -> FloatArray:
+        """The pose as a matrix (4, 4)."""
+        cos, sin = np.cos(self.yaw), np.sin(self.yaw)
+        return np.array([[cos, -sin, 0.0, self.x], [sin, cos, 0.0, self.y], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+
+    def motion_in_odom(self, motion: FloatArray) -> FloatArray:
+        """Return a motion (4, 4) of things in base_footprint as one in odom."""
+        base = self.transform_base_to_odom
+        return np.asarray(base @ motion @ invert(base))
+
+    def driven(self, distance: float) -> BasePose:
+        """Return the pose after driving straight on by a distance [m], back if negative."""
+        ahead = self.x + distance * float(np.cos(self.yaw)), self.y + distance * float(np.sin(self.yaw))
+        return BasePose(*ahead, self.yaw)
+
+    def distance_ahead(self, other: BasePose) -> float:
+        """Return how far ahead of this pose another one is, along this one's heading [m]."""
+        return (other.x - self.x) * float(np.cos(self.yaw)) + (other.y - self.y) * float(np.sin(self.yaw))
+
+
+ODOM_ORIGIN = BasePose()
+
+
+@dataclass(frozen=True, slots=True)
 class ManipulationTask:
-    """What is to be done with what, all in base_footprint.
+    """What is to be done with what, in one frame: odom where it is carried out, base_footprint where it is planned.
 
     target_pose is where the footprint centre of the moved thing is to end on its support (4, 4);
     target is the receiving thing for put_in, put_on and stack; scene holds everything else that was seen.

@@ -14,7 +14,7 @@ from uncom_tiago_exec.exceptions import StoppedError
 from uncom_tiago_exec.execution.robot_interface import RobotInterface
 from uncom_tiago_exec.robot.robot_model import RobotModel
 from uncom_tiago_exec.scene.obstacles import upright
-from uncom_tiago_exec.types import ManipulationTask
+from uncom_tiago_exec.types import BasePose, ManipulationTask
 
 CAMERA = np.array([0.22, 0.0, 1.42])
 
@@ -135,9 +135,13 @@ class ObedientRobot(RobotInterface):
         self.widths = list(widths)
         self.stop_at = stop_at
         self.moves = 0
+        self.base = BasePose()
 
     def positions(self):
         return dict(self.joints)
+
+    def base_pose(self):
+        return self.base
 
     def follow(self, trajectory):
         self.moves += 1
@@ -156,6 +160,18 @@ class ObedientRobot(RobotInterface):
     def look(self):
         self.widths = self.widths[1:] or self.widths
         return self.scene
+
+
+class DrivingRobot(ObedientRobot):
+    """Drives as far as it is told, and remembers how far that was each time."""
+
+    def __init__(self, scene, widths):
+        super().__init__(scene, widths)
+        self.driven = []
+
+    def drive(self, distance):
+        self.base = self.base.driven(distance)
+        self.driven.append(distance)
 
 
 class LookingOn(ObedientRobot):

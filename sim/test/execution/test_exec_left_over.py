@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exec_fixtures import (
+    DrivingRobot,
     LookingOn,
     ball_cloud,
     cylinder_cloud,
@@ -192,38 +193,30 @@ def test_a_hand_that_stands_a_little_in_the_table_that_was_seen_finds_home(highe
 
 @pytest.mark.parametrize("at_home", [True, False])
 def test_a_base_stays_where_an_arm_was_left_over_the_table(at_home):
-    class Driven(LookingOn):
-        went = 0.0
-
-        def drive(self, distance):
-            self.went += distance
-            return distance
-
-    machine = Driven([scene_of(())], [0.05])
+    machine = DrivingRobot(scene_of(()), [0.05])
     base = BaseDriver(machine)
     with pytest.raises(MotionError), base.driven(0.06, lambda: at_home):
         raise MotionError("held up")
-    assert machine.went == base.ahead == (0.0 if at_home else 0.06)
+    assert machine.base.x == (0.0 if at_home else 0.06)
+    assert base.is_away is not at_home
     base.back()
-    assert machine.went == base.ahead == 0.0
+    assert machine.base.x == 0.0
+    assert not base.is_away
 
 
 def test_a_base_that_stops_a_little_short_each_time_does_not_wander_off():
     class Short(LookingOn):
-        place = 0.0
-
         def drive(self, distance):
-            went = distance - np.copysign(0.002, distance)
-            self.place += went
-            return went
+            self.base = self.base.driven(distance - np.copysign(0.002, distance))
 
     machine = Short([scene_of(())], [0.05])
     base = BaseDriver(machine)
     for _ in range(20):
+        began = base.pose
         with base.driven(0.12, lambda: True):
-            assert base.ahead == pytest.approx(0.118)
-        assert base.ahead == 0.0
-        assert abs(machine.place) < 0.003
+            assert began.distance_ahead(base.pose) == pytest.approx(0.118)
+        assert not base.is_away
+        assert abs(machine.base.x) < 0.003
 
 
 def test_what_the_arm_that_holds_it_cannot_bring_there_is_put_back_and_brought_by_the_other():
@@ -255,27 +248,20 @@ def test_what_was_taken_from_nearer_is_put_back_from_nearer_where_nothing_else_i
                 raise UnreachableError("place")
             return super().plan_held(task, positions, held)
 
-    class Driven(LookingOn):
-        went = ()
-
-        def drive(self, distance):
-            self.went = (*self.went, distance)
-            return distance
-
     rng = np.random.default_rng(8)
     things = [
         detection("lemon", ball_cloud(0.6, 0.2, 0.027, rng)),
         detection("can", cylinder_cloud(0.75, -0.2, 0.033, 0.11, rng)),
     ]
-    machine = Driven([scene_of(things)], [0.05] * 4)
+    machine = DrivingRobot(scene_of(things), [0.05] * 4)
     engine = Engine(robot(), machine, ExecutionConfig(verify=False), lambda _: None)
-    engine._planner = engine._nearer._planner = Near(robot(), ExecutionConfig())
+    engine._planner._planner = Near(robot(), ExecutionConfig())
     assert engine.execute(make_task(things, "pick")).in_hand == "lemon"
     held = replace(make_task(things[1:], "place", place=(0.62, 0.0)), object_text="lemon")
     outcome = engine.execute(held)
     assert outcome.success, outcome.reason
     assert outcome.in_hand == ""
-    assert machine.went == pytest.approx((0.12, -0.12))
+    assert machine.driven == pytest.approx([0.12, -0.12])
 
 
 def test_what_was_named_while_the_arm_hid_a_part_of_it_is_the_whole_thing_once_the_arm_is_away():

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from exec_fixtures import (
+    DrivingRobot,
     LookingOn,
     ObedientRobot,
     ball_cloud,
@@ -26,7 +27,7 @@ from uncom_tiago_exec.execution.engine import Engine
 from uncom_tiago_exec.execution.plan_executor import reversed_trajectory
 from uncom_tiago_exec.execution.verification import verify
 from uncom_tiago_exec.planning.plan import GripStep, MoveStep
-from uncom_tiago_exec.scene.base_shift import seen_from
+from uncom_tiago_exec.scene.base_frame import task_in_base
 from uncom_tiago_exec.skills.pick_place_planner import PickPlacePlanner
 from uncom_tiago_exec.types import Stage
 
@@ -230,22 +231,12 @@ def test_after_a_stop_the_next_command_begins_with_going_home():
     assert all(abs(machine.joints[n] - v) < 0.01 for n, v in start_positions().items() if "finger" not in n)
 
 
-class ShortArmed(ObedientRobot):
+class ShortArmed(DrivingRobot):
     """Sees everything that much nearer as it has driven."""
-
-    def __init__(self, scene, widths):
-        super().__init__(scene, widths)
-        self.ahead = 0.0
-        self.driven = []
-
-    def drive(self, distance):
-        self.ahead += distance
-        self.driven.append(distance)
-        return distance
 
     def look(self):
         seen = make_task(list(self.scene.detections), "pick")
-        near = seen_from(seen, self.ahead)
+        near = task_in_base(seen, self.base)
         return replace(super().look(), detections=near.scene, table=near.table)
 
 
@@ -256,7 +247,7 @@ def test_what_is_out_of_reach_is_reached_by_driving_nearer_and_back():
     outcome = Engine(robot(), machine, CONFIG, lambda _: None).execute(make_task([can], "pick"))
     assert outcome.success, outcome.reason
     assert machine.driven[0] > 0.0
-    assert machine.ahead == pytest.approx(0.0, abs=1e-9)
+    assert machine.base.x == pytest.approx(0.0, abs=1e-9)
     fixed = ShortArmed(Scene(0.0, "base_footprint", (can,), flat_table(), (), "test"), [0.066])
     refused = Engine(robot(), fixed, replace(CONFIG, drive_base=False), lambda _: None).execute(
         make_task([can], "pick")

@@ -19,6 +19,7 @@ import psutil
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.execution.engine import Engine
 from uncom_tiago_exec.robot.robot_model import RobotModel
+from uncom_tiago_exec.scene.base_frame import task_in_odom
 from uncom_tiago_exec.types import Stage
 
 from uncom_sim.bench_execution.next_command import next_command, random_scene
@@ -106,7 +107,7 @@ class _Row:
         machine, simulator = self._machine, self._machine.simulator
         before, scene = simulator.object_states(), simulator.world.scene
         case = next_command(number, before, scene, rng, self._held)
-        outcome = self._engine.execute(task_of(case, machine.look(), before))
+        outcome = self._engine.execute(task_in_odom(task_of(case, machine.look(), before), machine.base_pose()))
         machine.rest(_SETTLE_STEPS)
         physical = judge(before, simulator.object_states(), case.meaning, scene.table)
         self._held = case.meaning.object if outcome.in_hand else ""

@@ -18,7 +18,7 @@ from uncom_tiago_exec.exceptions import MotionError, StoppedError
 from uncom_tiago_exec.execution.base_velocity import drive_velocity
 from uncom_tiago_exec.execution.robot_interface import RobotInterface
 from uncom_tiago_exec.robot.gripper_joints import finger_gap, finger_motion
-from uncom_tiago_exec.types import Side, Trajectory
+from uncom_tiago_exec.types import BasePose, Side, Trajectory
 
 from uncom_sim.camera.views import HEAD_CAMERA
 from uncom_sim.controllers.joint_trajectory import Outcome
@@ -71,19 +71,23 @@ class SteppedRobot(RobotInterface):
         self._run(finger_motion(side, gap, self.positions()))
         return finger_gap(side, self.positions())
 
-    def drive(self, distance: float) -> float:
+    def base_pose(self) -> BasePose:
+        """Return where the base stands by its odometry; see RobotInterface."""
+        odometry = self.simulator.base.odometry
+        return BasePose(odometry.x, odometry.y, odometry.yaw)
+
+    def drive(self, distance: float) -> None:
         """Drive the base by odometry; see RobotInterface."""
         simulator = self.simulator
-        start = simulator.base.odometry.x
+        start = self.base_pose()
         while True:
-            went = simulator.base.odometry.x - start
             if self.stop_at_s is not None and simulator.time_s >= self.stop_at_s:
                 simulator.base.command(0.0, 0.0, simulator.time_s)
-                raise StoppedError("stopped on request", went)
-            velocity = drive_velocity(distance - went)
+                raise StoppedError("stopped on request")
+            velocity = drive_velocity(distance - start.distance_ahead(self.base_pose()))
             simulator.base.command(velocity, 0.0, simulator.time_s)
             if velocity == 0.0 and abs(simulator.base.odometry.linear) < 1e-3:
-                return went
+                return
             self.rest(_DRIVE_STEPS)
 
     def look(self) -> Scene:

@@ -14,10 +14,12 @@ from typing import Any
 
 import numpy as np
 from uncom_common.primitive import Primitive
+from uncom_common.transforms import apply, invert
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.execution.engine import Engine
 from uncom_tiago_exec.execution.verification import middle_of
 from uncom_tiago_exec.robot.robot_model import RobotModel
+from uncom_tiago_exec.scene.base_frame import task_in_odom
 from uncom_tiago_exec.types import ManipulationTask, Outcome, Stage, Status
 
 from uncom_sim.bench_execution.cases import Case
@@ -142,18 +144,19 @@ class Stopped:
         return task
 
     def _grounded(self, case: Case) -> ManipulationTask | None:
-        """Return the command as it is seen from where the base is now; None if the thing is neither seen nor held."""
-        shift = np.eye(4)
-        shift[0, 3] = -self.simulator.base.odometry.x
-        states = [replace(state, pose=shift @ state.pose) for state in self.simulator.object_states()]
-        place = None if case.place is None else (case.place[0] + float(shift[0, 3]), case.place[1])
+        """Return the command as it is seen from where the base is now, in odom; None if it is neither seen nor held."""
+        base = self.machine.base_pose()
+        to_base = invert(base.transform_base_to_odom)
+        states = [replace(state, pose=to_base @ state.pose) for state in self.simulator.object_states()]
+        place = None if case.place is None else apply(to_base, [*case.place, 0.0])
         seen = self.machine.look()
         if not any(thing.geometry is not None for thing in seen.detections):
             return None
-        task = task_of(replace(case, place=place), seen, states)
+        case = case if place is None else replace(case, place=(float(place[0]), float(place[1])))
+        task = task_of(case, seen, states)
         there = next(state.position[:2] for state in states if state.id == case.meaning.object)
         away = float(np.linalg.norm(middle_of(task.object) - there))
-        return task if self._held or away < _SEEN_M else None
+        return task_in_odom(task, base) if self._held or away < _SEEN_M else None
 
     def _motion(self) -> tuple[float, float]:
         """Return the greatest speed 0.2 s after a stop, and how far anything moves after that."""

@@ -11,14 +11,15 @@ import numpy as np
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import ExecutionError
 from uncom_tiago_exec.execution.robot_interface import RobotInterface
+from uncom_tiago_exec.execution.task_planner import TaskPlanner, middle_places_in_odom
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.plan import Plan
-from uncom_tiago_exec.scene.base_shift import STEPS, room_ahead, seen_from
+from uncom_tiago_exec.scene.base_frame import room_ahead, task_in_base
 from uncom_tiago_exec.scene.scene_model import build_scene, replace_moved
-from uncom_tiago_exec.skills.pick_place_planner import PickPlacePlanner
-from uncom_tiago_exec.skills.relay_via_middle import after_moving, middle_places, to_middle
+from uncom_tiago_exec.skills.relay_via_middle import after_moving, to_middle
 from uncom_tiago_exec.types import ManipulationTask
 
+STEPS = (0.06, 0.12)  # [m] tried in this order
 _LOG = logging.getLogger(__name__)
 _DOUBTFUL = 0.2  # quality of a grasp below which it is worth a short drive to find a better one
 _SURER = 2.0  # times as good
@@ -31,16 +32,16 @@ def _quality(plan: Plan) -> float:
 
 
 class FromNearer:
-    """Plans as if the base stood nearer."""
+    """Plans as if the base stood nearer than it does. All tasks are in odom."""
 
-    def __init__(self, planner: PickPlacePlanner, robot: RobotInterface, config: ExecutionConfig) -> None:
-        """Keep the parts."""
-        self._planner = planner
+    def __init__(self, planner: TaskPlanner, robot: RobotInterface, config: ExecutionConfig) -> None:
+        """Take the planner, the robot whose base would drive, and what is allowed."""
+        self.planner = planner
         self._robot = robot
         self._config = config
 
     def _steps(self, task: ManipulationTask, least: int) -> Iterator[float]:
-        room = room_ahead(task.table) if self._config.drive_base else 0.0
+        room = room_ahead(task_in_base(task, self._robot.base_pose()).table) if self._config.drive_base else 0.0
         yield from (ahead for ahead in (0.0, *STEPS)[least:] if ahead <= room or ahead == 0.0)
 
     def reaching(
@@ -53,7 +54,7 @@ class FromNearer:
         best: tuple[float, Plan] | None = None
         for ahead in self._steps(task, least):
             try:
-                plan = self._planner.plan(seen_from(task, ahead), self._robot.positions())
+                plan = self.planner.plan(task, self._robot.base_pose().driven(ahead))
             except ExecutionError as error:
                 _LOG.debug("from %.2f m nearer: %s", ahead, error)
                 continue
@@ -67,14 +68,15 @@ class FromNearer:
         self, task: ManipulationTask
     ) -> tuple[ManipulationTask, Plan, ManipulationTask, tuple[float, Plan]] | None:
         """Return the first half with its plan, the rest as it will be then, and how that is reached; or None."""
-        for place in middle_places(task):
+        base = self._robot.base_pose()
+        for place in middle_places_in_odom(task, base):
             half = to_middle(task, place)
             try:
-                plan = self._planner.plan(half, self._robot.positions())
+                plan = self.planner.plan(half, base)
             except ExecutionError as error:
                 _LOG.debug("not by way of %s: %s", np.round(place, 2), error)
                 continue
-            rest = task if plan.motion is None else after_moving(task, plan.motion)
+            rest = task if plan.motion is None else after_moving(task, base.motion_in_odom(plan.motion))
             then = self.reaching(rest)
             if then is not None:
                 return half, plan, rest, then
@@ -87,13 +89,14 @@ class FromNearer:
 
     def for_held(self, task: ManipulationTask, held: Plan) -> float | None:
         """Return how far to drive [m] so that what is held can be set down; it meets nothing on the way. Or None."""
+        base = self._robot.base_pose()
         for ahead in self._steps(task, 1):
             try:
-                self._planner.plan_held(seen_from(task, ahead), self._robot.positions(), held)
+                self.planner.plan_held(task, base.driven(ahead), held)
             except ExecutionError as error:
                 _LOG.debug("from %.2f m nearer: %s", ahead, error)
                 continue
-            if all(self._is_free(seen_from(task, on), held) for on in np.arange(0.0, ahead, _EVERY)):
+            if all(self._is_free(task_in_base(task, base.driven(on)), held) for on in np.arange(0.0, ahead, _EVERY)):
                 return ahead
         return None
 
@@ -102,6 +105,6 @@ class FromNearer:
         if held.grasp is None:
             return False
         scene = replace_moved(build_scene(task), held.scene.moved)
-        arm = ArmPlanner(self._planner.robot, held.side, self._robot.positions(), scene, self._config)
+        arm = ArmPlanner(self.planner.robot, held.side, self._robot.positions(), scene, self._config)
         checker, here = arm.carrying(held.grasp, frozenset()), arm.group.clamp(arm.start)
         return checker.is_free(here) or not checker.relax_at(here)

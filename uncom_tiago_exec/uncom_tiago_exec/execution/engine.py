@@ -23,19 +23,20 @@ from uncom_tiago_exec.exceptions import (
     StoppedError,
     UnreachableError,
 )
-from uncom_tiago_exec.execution.base_approach import FromNearer
+from uncom_tiago_exec.execution.base_approach import STEPS, FromNearer
 from uncom_tiago_exec.execution.base_driver import BaseDriver
 from uncom_tiago_exec.execution.plan_executor import Performer, Report
 from uncom_tiago_exec.execution.recovery import as_seen_now, is_astray
 from uncom_tiago_exec.execution.robot_interface import RobotInterface
 from uncom_tiago_exec.execution.robot_segmentation import own_body, with_held, without
 from uncom_tiago_exec.execution.scene_observer import SecondLook
+from uncom_tiago_exec.execution.task_planner import TaskPlanner, middle_places_in_odom
 from uncom_tiago_exec.execution.verification import middle_of
 from uncom_tiago_exec.planning.plan import MoveStep, Plan
 from uncom_tiago_exec.robot.robot_model import RobotModel
-from uncom_tiago_exec.scene.base_shift import STEPS, seen_from
+from uncom_tiago_exec.scene.base_frame import task_in_base
 from uncom_tiago_exec.skills.pick_place_planner import PLACING, PickPlacePlanner
-from uncom_tiago_exec.skills.relay_via_middle import middle_places, to_middle
+from uncom_tiago_exec.skills.relay_via_middle import to_middle
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Outcome, Stage
 
 _LOG = logging.getLogger(__name__)
@@ -44,12 +45,12 @@ _OTHERWISE = (UnreachableError, InCollisionError, PlanningError)  # what can be 
 
 
 class Engine:
-    """One task at a time."""
+    """One task at a time. Tasks are in odom; plans are in base_footprint, where the base stands for them."""
 
     def __init__(self, model: RobotModel, robot: RobotInterface, config: ExecutionConfig, report: Report) -> None:
         """Keep the parts; nothing moves yet."""
         self.model = model
-        self._planner = PickPlacePlanner(model, config)
+        self._planner = TaskPlanner(PickPlacePlanner(model, config), robot)
         self._robot = robot
         self._nearer = FromNearer(self._planner, robot, config)
         self._config = config
@@ -68,8 +69,7 @@ class Engine:
             if self._hand.in_hand and not self._hand.is_gripping:
                 text = self._place_held(task, own)
             else:
-                task = seen_from(without(task, own), -self._base.ahead)  # seen from where the base was stopped
-                task = self._finish_what_was_left(task)
+                task = self._finish_what_was_left(without(task, own))
                 text = self._place_held(task, own) if self._hand.in_hand else self._run(task)
             self._base.back()
             self._unfinished = None
@@ -83,8 +83,8 @@ class Engine:
 
     def _own_among(self, task: ManipulationTask) -> frozenset[str]:
         """Return the ids of what was seen of the robot, and of what it holds."""
-        held = self._under_way if self._hand.in_hand else None
-        return own_body(self.model, self._robot.positions(), held).among((*task.scene, task.object))
+        held, seen = self._under_way if self._hand.in_hand else None, task_in_base(task, self._base.pose)
+        return own_body(self.model, self._robot.positions(), held).among((*seen.scene, seen.object))
 
     def _is_astray(self) -> bool:
         """Tell whether an arm was left elsewhere than at home, or may have been: joint states fell silent."""
@@ -100,10 +100,10 @@ class Engine:
         Raises:
             RefusedError: there is no way home, neither through what was seen before nor through what is seen now.
         """
-        plan, ahead = self._unfinished, self._base.ahead
-        if plan is None and ahead == 0.0:
+        plan = self._unfinished
+        if plan is None and not self._base.is_away:
             return task
-        why, seen = "first I go back to where I began", seen_from(task, ahead)
+        why, seen = "first I go back to where I began", task_in_base(task, self._base.pose)
         if plan is not None and not (
             self._hand.recover(plan, why)
             or self._hand.recover(as_seen_now(plan, seen, holding=bool(self._hand.in_hand)), why)
@@ -115,16 +115,16 @@ class Engine:
 
     def _place_held(self, task: ManipulationTask, own: frozenset[str]) -> str:
         """Set down what an earlier command has put into the hand, from where the arm and the base were left with it."""
-        plan, held, ahead = self._under_way, self._hand.in_hand, self._base.ahead
+        plan, held = self._under_way, self._hand.in_hand
         if plan is None or self._before is None or self._hand.holds_nothing(plan):
             self._hand.in_hand, self._unfinished = "", plan
-            return self._run(self._finish_what_was_left(seen_from(without(task, own), -ahead)))
+            return self._run(self._finish_what_was_left(without(task, own)))
         words = {*task.object_text.lower().split(), task.object.label.lower()} & {*held.lower().split()}
         if task.primitive not in PLACING or (task.object_text and not words):
             raise RefusedError(f"I hold the {held}; tell me first where to put it")
         self._hand.tell(Stage.PLANNING, f"looking for a place for the {held}", plan.side)
-        task = with_held(task, seen_from(self._before, ahead), own)
-        self._hand.come_free(as_seen_now(plan, task, holding=True))
+        task = with_held(task, self._before, own)
+        self._hand.come_free(as_seen_now(plan, task_in_base(task, self._base.pose), holding=True))
         try:
             return self._set_down_somehow(task, plan)
         except _OTHERWISE:
@@ -134,7 +134,6 @@ class Engine:
 
     def _set_down_somehow(self, task: ManipulationTask, plan: Plan) -> str:
         """Bring what a plan has put into the hand to its place, from here or from nearer."""
-        ahead = self._base.ahead
         try:
             return self._set_down(task, plan)
         except _OTHERWISE:
@@ -142,7 +141,7 @@ class Engine:
             if nearer is None:
                 raise
         with self._nearer_by(nearer):
-            return self._set_down(seen_from(task, self._base.ahead - ahead), plan)
+            return self._set_down(task, plan)
 
     def _put_back(self, task: ManipulationTask, plan: Plan) -> str:
         """Set what is held down where the arm that holds it can, as where it was, and bring it to its place from there.
@@ -150,21 +149,21 @@ class Engine:
         Raises:
             RefusedError: there is no such place either.
         """
-        for place in (middle_of(task.object), *middle_places(task)):
+        for place in (middle_of(task.object), *middle_places_in_odom(task, self._base.pose)):
             try:
                 self._set_down_somehow(to_middle(task, place), plan)
             except _OTHERWISE:
                 if not self._hand.in_hand:
                     raise
                 continue
-            seen, ahead = self._eyes.look_for(task, self._under_way), self._base.ahead
+            seen = self._eyes.look_for(task, self._under_way)
             self._base.back()
-            return self._run(seen_from(seen, -ahead))
+            return self._run(seen)
         raise UnreachableError("the arm that holds it does not reach far enough to put it there, nor anywhere else")
 
     def _set_down(self, task: ManipulationTask, plan: Plan) -> str:
         """Bring what a plan has put into the hand to its place."""
-        placing = self._planner.plan_held(task, self._robot.positions(), plan)
+        placing = self._planner.plan_held(task, self._base.pose, plan)
         first = next(step for step in plan.steps if isinstance(step, MoveStep))
         placing = replace(placing, steps=(first, *placing.steps))  # home is still where the first motion began
         self._begin(task, placing)
@@ -177,8 +176,8 @@ class Engine:
         return self._eyes.check(task, placing)
 
     def _begin(self, task: ManipulationTask, plan: Plan) -> None:
-        """Remember what is under way, and what was seen before it, as from where the base began."""
-        self._under_way, self._before = plan, seen_from(task, -self._base.ahead)
+        """Remember what is under way, and what was seen before it."""
+        self._under_way, self._before = plan, task
 
     def _end(self, stage: Stage, text: str) -> Outcome:
         end = stage if stage == Stage.DONE else self._hand.stage
@@ -210,7 +209,7 @@ class Engine:
     def _from_nearer(self, task: ManipulationTask, ahead: float, like: Plan) -> str:
         """Drive towards the table, do it there like the plan made for that, and drive back."""
         with self._nearer_by(ahead):
-            near = self._eyes.look_for(seen_from(task, self._base.ahead))
+            near = self._eyes.look_for(task)
             return self._from_here(near, self._plan(near, [], 0, like))
 
     @contextmanager
@@ -294,7 +293,7 @@ class Engine:
 
     def _plan(self, task: ManipulationTask, failed: list[FloatArray], attempt: int, like: Plan | None = None) -> Plan:
         self._hand.tell(Stage.PLANNING, "looking for a grasp and a way")
-        plan = self._planner.plan(task, self._robot.positions(), failed, like)
+        plan = self._planner.plan(task, self._base.pose, failed, like)
         data = {"attempt": attempt + 1, **plan.as_data()}
         self._hand.tell(Stage.PLANNING, f"planned in {plan.planning_s:.2f} s with the {plan.side} arm", plan.side, data)
         return plan

@@ -8,7 +8,7 @@ from abc import ABC, abstractmethod
 from uncom_perception.types import Scene
 
 from uncom_tiago_exec.exceptions import MotionError
-from uncom_tiago_exec.types import Side, Trajectory
+from uncom_tiago_exec.types import ODOM_ORIGIN, BasePose, Side, Trajectory
 
 
 class RobotInterface(ABC):
@@ -21,6 +21,10 @@ class RobotInterface(ABC):
         Raises:
             MotionError: joint states are missing or too old.
         """
+
+    def base_pose(self) -> BasePose:
+        """Return where the base stands now, by its odometry; a base that does not drive stays at the origin of odom."""
+        return ODOM_ORIGIN
 
     @abstractmethod
     def follow(self, trajectory: Trajectory) -> None:
@@ -37,14 +41,14 @@ class RobotInterface(ABC):
 
     @abstractmethod
     def look(self) -> Scene:
-        """Look at the table now and return what is seen, in base_footprint.
+        """Look at the table now and return what is seen, in base_footprint where the base stands.
 
         Raises:
             MotionError: no picture came or nothing could be made of it.
         """
 
-    def drive(self, distance: float) -> float:
-        """Drive the base straight on by a distance [m], back if negative; return how far it went.
+    def drive(self, distance: float) -> None:
+        """Drive the base straight on by a distance [m], back if negative; `base_pose` tells how far it went.
 
         Raises:
             MotionError: this robot's base cannot be driven, or it did not get there.

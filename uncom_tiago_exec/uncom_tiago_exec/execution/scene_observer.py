@@ -5,6 +5,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from uncom_common.transforms import apply
+from uncom_perception.types import Scene
+
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import GraspFailedError, MisplacedError
 from uncom_tiago_exec.execution.object_reidentification import followed, remembering, seen_whole
@@ -12,11 +15,12 @@ from uncom_tiago_exec.execution.plan_executor import Performer
 from uncom_tiago_exec.execution.robot_interface import RobotInterface
 from uncom_tiago_exec.execution.verification import expected_place, verify
 from uncom_tiago_exec.planning.plan import Plan
-from uncom_tiago_exec.types import ManipulationTask, Stage
+from uncom_tiago_exec.scene.base_frame import scene_in_odom, task_in_base
+from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage
 
 
 class SecondLook:
-    """Looks through the robot's eyes; `verification` is what the last check found, as data."""
+    """Looks through the robot's eyes; tasks are in odom. `verification` is what the last check found, as data."""
 
     def __init__(self, robot: RobotInterface, hand: Performer, config: ExecutionConfig) -> None:
         """Keep the parts."""
@@ -41,11 +45,16 @@ class SecondLook:
 
         It may be where it was, or where a plan was to bring it.
         """
-        return followed(task, self._robot.look(), None if plan is None else expected_place(plan))
+        return followed(task, self._look(), None if plan is None else _expected_in_odom(plan))
 
     def unhidden(self, task: ManipulationTask) -> ManipulationTask:
         """Look again now that the arm is out of the way; return the task with what is seen now."""
-        return seen_whole(task, self._robot.look())
+        return seen_whole(task, self._look())
+
+    def _look(self) -> Scene:
+        """Return what is seen now, in odom."""
+        seen = self._robot.look()
+        return scene_in_odom(seen, self._robot.base_pose())
 
     def check(self, task: ManipulationTask, plan: Plan) -> str:
         """Look again, and say where the thing is.
@@ -58,10 +67,16 @@ class SecondLook:
         self._hand.tell(Stage.VERIFYING, "looking again")
         if task.primitive == "pour":  # it is to stand again where it was
             task, plan = replace(task, target=None), replace(plan, scene=replace(plan.scene, target=None))
-        finding = verify(task, plan, self._robot.look())
+        finding = verify(task_in_base(task, plan.base), plan, self._robot.look())
         self.verification = data = finding.as_data()
         self._hand.tell(Stage.VERIFYING, finding.text, plan.side, data)
         if not finding.success:
             raise MisplacedError(finding.text)
         moved = ", ".join(f"the {name} by {distance * 100:.0f} cm" for name, distance in finding.moved)
         return finding.text + (f"; I moved {moved}" if moved else "")
+
+
+def _expected_in_odom(plan: Plan) -> FloatArray | None:
+    """Return where in odom the middle (2,) of the thing should be, or None if it is held."""
+    place = expected_place(plan)
+    return None if place is None else apply(plan.base.transform_base_to_odom, [*place, 0.0])[:2]

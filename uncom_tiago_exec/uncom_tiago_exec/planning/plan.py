@@ -9,7 +9,7 @@ import numpy as np
 
 from uncom_tiago_exec.grasping.grasps import Grasp
 from uncom_tiago_exec.scene.scene_model import SceneModel
-from uncom_tiago_exec.types import FloatArray, Side, Stage, Trajectory
+from uncom_tiago_exec.types import ODOM_ORIGIN, BasePose, FloatArray, Side, Stage, Trajectory
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +41,7 @@ class Plan:
 
     planning_s is wall time, timings_s processor time of its parts.
     motion (4, 4) is what the placing does to the thing: transform from where it was to where it will be.
+    base is where the base stands for it: everything is in base_footprint there.
     """
 
     side: Side
@@ -50,6 +51,7 @@ class Plan:
     motion: FloatArray | None = None
     planning_s: float = 0.0
     timings_s: dict[str, float] = field(default_factory=dict)
+    base: BasePose = ODOM_ORIGIN
 
     @property
     def duration_s(self) -> float:

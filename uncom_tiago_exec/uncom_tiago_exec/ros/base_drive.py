@@ -20,8 +20,8 @@ _FIRST_S = 1.0  # [s] until the odometry tells something
 _EXTRA_S = 5.0
 
 
-def drive_base(node: Node, group: Any, distance: float, stop: threading.Event, frame: str) -> float:
-    """Drive by a distance [m], back if negative; return how far it went. The base is listened to only meanwhile.
+def drive_base(node: Node, group: Any, distance: float, stop: threading.Event, frame: str) -> None:
+    """Drive by a distance [m], back if negative. The odometry is listened to only meanwhile.
 
     Raises:
         MotionError: there is no odometry, or the base did not get there in time.
@@ -48,11 +48,10 @@ def drive_base(node: Node, group: Any, distance: float, stop: threading.Event, f
     commands = node.create_publisher(TwistStamped, f"{_BASE}/cmd_vel", 10)
     began = now()
     deadline = began + 2.0 * abs(distance) / DRIVE_SPEED + _EXTRA_S
-    went = 0.0
     try:
         while True:
             if stop.is_set():
-                raise StoppedError("stopped on request", went)
+                raise StoppedError("stopped on request")
             if now() > deadline or (not places and now() - began > _FIRST_S):
                 raise MotionError(f"the base does not drive; are {_BASE}/odom and {_BASE}/cmd_vel there?")
             heard.wait(_TICK_S)
@@ -64,7 +63,7 @@ def drive_base(node: Node, group: Any, distance: float, stop: threading.Event, f
             velocity = drive_velocity(distance - went)
             tell(velocity)
             if velocity == 0.0:
-                return went
+                return
     finally:
         tell(0.0)
         node.destroy_subscription(listening)

@@ -23,7 +23,7 @@ from uncom_perception.types import Scene
 
 from uncom_interfaces.srv import Detect
 from uncom_tiago_exec.config import ExecutionConfig
-from uncom_tiago_exec.conversions import goal_to_msg
+from uncom_tiago_exec.conversions import base_pose_from_matrix, goal_to_msg
 from uncom_tiago_exec.exceptions import MotionError, StoppedError
 from uncom_tiago_exec.execution.robot_interface import RobotInterface
 from uncom_tiago_exec.robot.gripper_joints import finger_gap, finger_motion
@@ -31,7 +31,7 @@ from uncom_tiago_exec.robot.joint_names import HEAD_JOINTS, TORSO_JOINT, arm_joi
 from uncom_tiago_exec.ros.base_drive import drive_base
 from uncom_tiago_exec.ros.debounce import Lasting
 from uncom_tiago_exec.ros.patient_action_client import PatientActionClient
-from uncom_tiago_exec.types import SIDES, Side, Trajectory
+from uncom_tiago_exec.types import ODOM_ORIGIN, SIDES, BasePose, Side, Trajectory
 
 CONTROLLERS: dict[str, tuple[str, ...]] = {
     "torso_controller": (TORSO_JOINT,),
@@ -157,9 +157,22 @@ class RosRobot(RobotInterface):
         self._carry_out(_goals(finger_motion(side, gap, self.positions())))
         return finger_gap(side, self.positions())
 
-    def drive(self, distance: float) -> float:
+    def base_pose(self, stamp_s: float | None = None) -> BasePose:
+        """Return where the base stands, now or at a time [s]; see RobotInterface.
+
+        Where a time is not known the latest pose is taken, and the origin where nothing publishes odom.
+        """
+        for moment in (stamp_s, None):
+            try:
+                matrix = self._tree.lookup(self._config.base_frame, self._config.odom_frame, moment)
+            except TransformError:
+                continue
+            return base_pose_from_matrix(matrix)
+        return ODOM_ORIGIN
+
+    def drive(self, distance: float) -> None:
         """Drive the base by odometry; see RobotInterface."""
-        return drive_base(self._node, self._group, distance, self._stop, self._config.base_frame)
+        drive_base(self._node, self._group, distance, self._stop, self._config.base_frame)
 
     def _carry_out(self, goals: dict[str, Any]) -> dict[str, Any]:
         """Send goals and wait for their results; cancel all on stop, silence or when one fails."""
