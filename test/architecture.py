@@ -19,6 +19,9 @@ PACKAGES = {
     "uncom_sim": ROOT / "sim" / "uncom_sim",
 }
 
+# Functions that import the module which their first argument names.
+_LOADERS = ("import_module", "require")
+
 
 @dataclass(frozen=True)
 class Module:
@@ -41,7 +44,7 @@ def modules() -> Iterator[Module]:
     for package, folder in PACKAGES.items():
         for path in sorted(folder.rglob("*.py")):
             tree = ast.parse(path.read_text(encoding="utf-8"))
-            yield Module(package, path, frozenset(_imports(tree)), any(map(_is_node, ast.walk(tree))))
+            yield Module(package, path, frozenset(imports_of(tree)), any(map(_is_node, ast.walk(tree))))
 
 
 def _is_node(item: ast.AST) -> bool:
@@ -53,21 +56,18 @@ def _is_node(item: ast.AST) -> bool:
     )
 
 
-def _imports(tree: ast.AST) -> Iterator[str]:
+def imports_of(tree: ast.AST) -> Iterator[str]:
+    """Yield the names that a file imports, wherever in it."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
             yield node.module
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
-        elif (
-            isinstance(node, ast.Call)
-            and isinstance(node.func, ast.Attribute)
-            and node.func.attr == "import_module"
-            and node.args
-            and isinstance(node.args[0], ast.Constant)
-        ):
-            yield str(node.args[0].value)
+        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
+            name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            if name in _LOADERS:
+                yield str(node.args[0].value)
 
 
 def import_graph(package: str) -> dict[str, set[str]]:

@@ -1,22 +1,29 @@
 # SPDX-License-Identifier: Apache-2.0
+from xml.etree import ElementTree as ET
+
 from setuptools import find_packages, setup
 
 PACKAGE = "uncom_common"
+MANIFEST = ET.parse("package.xml").getroot()  # colcon runs this file in its folder
 
 setup(
     name=PACKAGE,
-    version="0.1.0",
+    version=MANIFEST.findtext("version"),
     packages=find_packages(exclude=["test"]),
     package_data={PACKAGE: ["py.typed", "**/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
     ],
-    install_requires=["setuptools"],
+    # test/dependencies.yaml says which of these have a rosdep key, and so stand in package.xml too.
+    install_requires=["setuptools", "numpy", "scipy"],
     zip_safe=False,
-    maintainer="UNCOM maintainers",
-    maintainer_email="uncom@example.com",
-    description="What the nodes share: configuration, time, transforms, camera geometry.",
-    license="Apache-2.0",
-    extras_require={"test": ["pytest"]},
+    maintainer=MANIFEST.findtext("maintainer"),
+    maintainer_email=MANIFEST.find("maintainer").get("email"),
+    description=MANIFEST.findtext("description"),
+    license=MANIFEST.findtext("license"),
+    extras_require={
+        "full": ["huggingface-hub", "torch", "transformers"],
+        "test": ["hypothesis", "pytest", "pytest-timeout"],
+    },
 )
