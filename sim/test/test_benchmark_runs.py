@@ -5,18 +5,20 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from functools import partial
 
 import pytest
+from distributed import LocalCluster
 from uncom_bringup.monitor import run_record as kinds
 from uncom_bringup.ros.understand_recording import understand_in_process
 from uncom_common.conversions import primitive_to_msg
 from uncom_sim.bench_understanding import run as benchmark
 from uncom_sim.bench_understanding.judging.outcome import Outcome
-from uncom_sim.bench_understanding.pool import in_workers, run_take
 from uncom_sim.bench_understanding.takes.casting import plan_take, plan_takes
 from uncom_sim.bench_understanding.takes.scenarios import scenario
 from uncom_sim.bench_understanding.takes.values import Conditions
-from uncom_sim.bench_understanding.worker import Task, Worker, WorkerOptions, first_command
+from uncom_sim.bench_understanding.worker import Task, Worker, WorkerOptions, first_command, run_take
+from uncom_sim.cluster.task_pool import PoolOptions, TaskPool
 from uncom_sim.ros.take_bag import write_bag
 
 DOMAIN = 91
@@ -37,6 +39,11 @@ def cache(tmp_path_factory):
 @pytest.fixture(scope="module")
 def worker(cache):
     return Worker(WorkerOptions(cache))
+
+
+def _nothing_is_left_to_run(self, function, tasks):
+    assert not tasks
+    yield from ()
 
 
 def hard_to_see(plan):
@@ -95,14 +102,20 @@ def test_the_graph_of_nodes_answers_as_the_chain_does_on_twelve_takes_misses_amo
 
 @pytest.mark.slow
 @pytest.mark.timeout(3600)
-def test_results_depend_on_neither_jobs_nor_order_nor_the_cache(cache, tmp_path):
+def test_results_depend_on_neither_jobs_nor_order_nor_the_cache_nor_the_scheduler(cache, tmp_path):
     tasks = benchmark.tasks_of(plan_takes(3, takes=4))
-    runs = []
-    for jobs, order in ((1, tasks), (3, tasks[::-1])):
-        options = WorkerOptions(cache if jobs == 1 else tmp_path)
-        found = in_workers(run_take, order, options, jobs, tmp_path / "log")
-        runs.append(sorted((without_times(one) for one in found), key=lambda one: str(one["take"])))
-    assert runs[0] == runs[1]
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        pools = (
+            (PoolOptions(1), tasks, cache),
+            (PoolOptions(3, log=tmp_path / "log"), tasks[::-1], tmp_path),
+            (PoolOptions(scheduler=cluster.scheduler_address), tasks[::-1], cache),
+        )
+        runs = []
+        for options, order, folder in pools:
+            run = partial(run_take, options=WorkerOptions(folder))
+            found = TaskPool(options).run(run, {task.plan.name: task for task in order})
+            runs.append(sorted((without_times(one) for one in found), key=lambda one: str(one["take"])))
+    assert runs[0] == runs[1] == runs[2]
 
 
 @pytest.mark.slow
@@ -121,6 +134,6 @@ def test_a_run_leaves_its_report_and_one_that_was_interrupted_goes_on(cache, tmp
             return {known.take: known}
 
     monkeypatch.setattr(benchmark, "Journal", Interrupted)
-    monkeypatch.setattr(benchmark, "in_workers", lambda run, tasks, *_: iter([run(task) for task in tasks]))
+    monkeypatch.setattr(benchmark.TaskPool, "run", _nothing_is_left_to_run)
     again = benchmark.run_benchmark(options)
     assert again.report["right"] == first.report["right"]

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
 from uncom_common.exceptions import UncomError
 
@@ -35,7 +36,16 @@ class UnknownColourError(SceneError):
 
 
 class WorkerError(SimError):
-    """A process that does something in another Python gave no answer that can be used."""
+    """A process that works for us cannot be started or reached, or gave no answer that can be used."""
+
+
+class WorkerDiedError(WorkerError):
+    """So many worker processes died at one task that it is not tried again."""
+
+    def __init__(self, task: str, deaths: int, log: Path | None) -> None:
+        """Keep the name of the task; log is the file with what the processes wrote, None where there is none."""
+        self.task = task
+        super().__init__(f"{task}: {deaths} processes died at it" + ("" if log is None else f" (see {log})"))
 
 
 class VoiceError(SimError):

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -35,6 +36,19 @@ def add_output(parser: argparse.ArgumentParser, what: str) -> None:
 def add_parameters(parser: argparse.ArgumentParser) -> None:
     """Add `--params-file`; it may be given several times."""
     parser.add_argument("--params-file", action="append", default=[], metavar="YAML", help="node parameters over ours")
+
+
+def add_workers(parser: argparse.ArgumentParser) -> None:
+    """Add `--jobs` and `--scheduler`: where independent runs of a benchmark are worked on."""
+    parser.add_argument(
+        "--jobs", type=positive_number, default=os.cpu_count() or 1, metavar="N", help="processes on this machine"
+    )
+    parser.add_argument(
+        "--scheduler",
+        default="",
+        metavar="ADDRESS",
+        help="run on the workers of this dask scheduler (tcp://host:8786) instead; they need our folders",
+    )
 
 
 @contextmanager
@@ -119,6 +133,14 @@ def natural_number(text: str) -> int:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
     if not 0 <= value < 2**31:
         raise argparse.ArgumentTypeError(f"{text} is not from 0 to {2**31 - 1}")
+    return value
+
+
+def positive_number(text: str) -> int:
+    """Read 1, 2, ... (an argparse type)."""
+    value = natural_number(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not at least 1")
     return value
 
 

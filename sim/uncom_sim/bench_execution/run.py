@@ -6,10 +6,10 @@ Each command is grounded by the real detector on a rendered picture; speech and 
 
 from __future__ import annotations
 
-import multiprocessing
+import functools
 import time
 from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -27,6 +27,7 @@ from uncom_tiago_exec.types import ManipulationTask, Outcome, Status
 
 from uncom_sim.bench_execution.cases import Case, make_case
 from uncom_sim.bench_execution.stepped_robot import Estimate, SteppedRobot
+from uncom_sim.cluster.task_pool import PoolOptions, TaskPool
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.scoring.scoring import PhysicalResult, judge
 from uncom_sim.scoring.scoring_acts import Witness, judge_act
@@ -175,34 +176,48 @@ def _nearest(seen: Seen, xy: Any) -> Detection:
     )
 
 
-_MODEL: list[RobotModel] = []
+@functools.cache
+def _robot_model() -> RobotModel:
+    """Return the model of the robot, made once in a process."""
+    return RobotModel(tiago_urdf())
 
 
-def _run_number(number: int, seed: int, shots: str | None) -> dict[str, Any]:
-    """Run one case in a worker process."""
-    if not _MODEL:
-        _MODEL.append(RobotModel(tiago_urdf()))
-    where = None if shots is None else Path(shots) / f"case{number:02d}"
-    return run_case(make_case(number, seed), seed, where, _MODEL[0]).as_dict()
+@dataclass(frozen=True, slots=True)
+class CaseTask:
+    """One case to be run by a worker process; shots is the folder for pictures from outside, None for none."""
+
+    number: int
+    seed: int
+    shots: Path | None = None
+
+
+def run_numbered_case(task: CaseTask) -> dict[str, Any]:
+    """Run one case in a worker process and return its JSON object."""
+    shots = None if task.shots is None else task.shots / f"case{task.number:02d}"
+    return run_case(make_case(task.number, task.seed), task.seed, shots, _robot_model()).as_dict()
 
 
 def run_benchmark(
     numbers: Iterable[int],
     seed: int = 0,
-    jobs: int = 1,
+    pool: PoolOptions = PoolOptions(),  # noqa: B008  (frozen)
     say: Callable[[str], None] = lambda _: None,
     shots: Path | None = None,
 ) -> dict[str, Any]:
-    """Run cases in `jobs` processes and return the benchmark's JSON object; say is told of each run."""
+    """Run cases in worker processes and return the benchmark's JSON object; say is told of each run.
+
+    Raises:
+        WorkerError: the workers cannot be had, or died.
+    """
     began = time.monotonic()
-    where = None if shots is None else str(shots)
     details: list[dict[str, Any]] = []
-    pool = ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn"))
-    with pool:
-        futures = [pool.submit(_run_number, number, seed, where) for number in numbers]
-        for future in as_completed(futures):
-            details.append(future.result())
-            say(in_words(details[-1]))
+    tasks = {
+        f"case {number}": CaseTask(number, seed, None if shots is None else shots.absolute()) for number in numbers
+    }
+    with closing(TaskPool(pool, say).run(run_numbered_case, tasks)) as results:
+        for detail in results:
+            details.append(detail)
+            say(in_words(detail))
     details.sort(key=lambda d: int(d["case"]))
     return {**summary(details), "seed": seed, "wall_s": round(time.monotonic() - began, 1), "runs_detail": details}
 

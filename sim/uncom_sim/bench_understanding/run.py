@@ -7,14 +7,15 @@ import json
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from uncom_sim.bench_understanding.pool import in_workers, run_take
 from uncom_sim.bench_understanding.reporting.journal import Journal, sources_digest
 from uncom_sim.bench_understanding.reporting.page import report_page
 from uncom_sim.bench_understanding.reporting.report import report_of
@@ -22,7 +23,8 @@ from uncom_sim.bench_understanding.reporting.text import report_text
 from uncom_sim.bench_understanding.takes.casting import plan_takes
 from uncom_sim.bench_understanding.takes.studio import generator_version
 from uncom_sim.bench_understanding.takes.values import TakePlan
-from uncom_sim.bench_understanding.worker import Task, WorkerOptions
+from uncom_sim.bench_understanding.worker import Task, WorkerOptions, run_take
+from uncom_sim.cluster.task_pool import PoolOptions, TaskPool
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +41,12 @@ class BenchmarkOptions:
     variants: bool = True
     bags: Path | None = None
     parameter_files: tuple[Path, ...] = ()
+    scheduler: str = ""
+
+    @property
+    def pool(self) -> PoolOptions:
+        """Where takes are made and understood."""
+        return PoolOptions(self.jobs, self.scheduler, self.folder / "workers.log")
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,21 +89,23 @@ def run_benchmark(options: BenchmarkOptions) -> BenchmarkResult:
     done = journal.outcomes()
     waiting = [task for task in tasks if task.plan.name not in done]
     console = Console(file=sys.stderr)
+    run = partial(run_take, options=worker_options(options))
+    pool = TaskPool(options.pool, console.print)
     with progress_bar(console) as bar:
         task = bar.add_task("takes", total=len(plans), completed=len(plans) - len(waiting), right="")
-        log = options.folder / "workers.log"
         # By turns, so that what is known of an unfinished run is of all scenarios.
         by_turns = sorted(waiting, key=lambda task: (task.plan.index, task.plan.scenario))
-        for outcome in in_workers(run_take, by_turns, worker_options(options), options.jobs, log):
-            journal.add(outcome)
-            done[outcome.take] = outcome
-            right = sum(one.right for one in done.values())
-            bar.update(task, advance=1, right=f"{right} right")
-            if not console.is_terminal and len(done) % 10 == 0:
-                console.print(f"{len(done)} of {len(plans)} takes, {right} right")
+        with closing(pool.run(run, {task.plan.name: task for task in by_turns})) as results:
+            for outcome in results:
+                journal.add(outcome)
+                done[outcome.take] = outcome
+                right = sum(one.right for one in done.values())
+                bar.update(task, advance=1, right=f"{right} right")
+                if not console.is_terminal and len(done) % 10 == 0:
+                    console.print(f"{len(done)} of {len(plans)} takes, {right} right")
     outcomes = [done[plan.name] for plan in plans]
     wall_s = time.monotonic() - start
-    report = report_of(outcomes, seed=options.seed, jobs=options.jobs, wall_s=wall_s)
+    report = report_of(outcomes, seed=options.seed, jobs=pool.jobs, wall_s=wall_s)
     text = report_text(report)
     (options.folder / "report.json").write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
     (options.folder / "report.txt").write_text(text + "\n", encoding="utf-8")
@@ -109,10 +119,16 @@ def run_benchmark(options: BenchmarkOptions) -> BenchmarkResult:
 
 
 def worker_options(options: BenchmarkOptions) -> WorkerOptions:
-    """Return what the workers of a run need."""
-    pictures = options.folder / "pictures"
+    """Return what the workers of a run need; paths are absolute, as workers may have another working folder."""
+    pictures = options.folder.absolute() / "pictures"
     pictures.mkdir(exist_ok=True)
-    return WorkerOptions(options.cache, pictures, options.parameter_files, options.variants, options.bags)
+    return WorkerOptions(
+        options.cache.absolute(),
+        pictures,
+        tuple(path.absolute() for path in options.parameter_files),
+        options.variants,
+        None if options.bags is None else options.bags.absolute(),
+    )
 
 
 def progress_bar(console: Console) -> Progress:

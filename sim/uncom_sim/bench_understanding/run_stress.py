@@ -6,7 +6,9 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +16,11 @@ from rich.console import Console
 
 from uncom_sim.bench_understanding.judging.statistics import wilson
 from uncom_sim.bench_understanding.judging.stress import CURVES
-from uncom_sim.bench_understanding.pool import in_workers, run_stress
 from uncom_sim.bench_understanding.run import BenchmarkOptions, BenchmarkResult, progress_bar, worker_options
 from uncom_sim.bench_understanding.takes.casting import plan_takes
 from uncom_sim.bench_understanding.takes.values import TakePlan
-from uncom_sim.bench_understanding.worker import StressPoint, StressTask
+from uncom_sim.bench_understanding.worker import StressPoint, StressTask, run_stress
+from uncom_sim.cluster.task_pool import TaskPool
 
 DEFAULT_TAKES = 22
 
@@ -33,14 +35,15 @@ def run_stress_curves(options: BenchmarkOptions) -> BenchmarkResult:
     plans = plan_takes(options.seed, options.scenarios, options.takes or DEFAULT_TAKES)
     tasks = stress_tasks(plans)
     points: list[StressPoint] = []
-    log = options.folder / "workers.log"
     console = Console(file=sys.stderr)
+    run = partial(run_stress, options=worker_options(options))
+    pool = TaskPool(options.pool, console.print)
     with progress_bar(console) as bar:
         task = bar.add_task("stress", total=len(tasks), right="")
-        results: Iterator[list[StressPoint]] = in_workers(run_stress, tasks, worker_options(options), options.jobs, log)
-        for found in results:
-            points += found
-            bar.update(task, advance=1)
+        with closing(pool.run(run, {one.name: one for one in tasks})) as results:
+            for found in results:
+                points += found
+                bar.update(task, advance=1)
     report: dict[str, Any] = {
         "takes": len(plans),
         "seed": options.seed,

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import functools
 import logging
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import cv2
 from uncom_bringup.chain.chain import Chain, ChainResult, Grounding
 from uncom_bringup.chain.config import load_chain_config
 from uncom_language.types import Act
@@ -54,6 +56,11 @@ class StressTask:
     plan: TakePlan
     curve: str
     level: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """Return a name that no other task of a run has."""
+        return f"{self.plan.name} {self.curve} {self.level:g}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,6 +157,23 @@ class Worker:
         first = first_command(self._chain.understand(recording))
         verdict = judge(changed, recording.truth.states, first.decision.grounded if first else None)
         return [StressPoint(curve.name, task.level, plan.name, verdict.right)]
+
+
+@functools.lru_cache(maxsize=1)
+def _loaded_worker(options: WorkerOptions) -> Worker:
+    """Return the worker of this process; it is made at the first task, and again where the options change."""
+    cv2.setNumThreads(1)
+    return Worker(options)
+
+
+def run_take(task: Task, options: WorkerOptions) -> Outcome:
+    """Run one take in a worker process."""
+    return _loaded_worker(options).run(task)
+
+
+def run_stress(task: StressTask, options: WorkerOptions) -> list[StressPoint]:
+    """Run one take under a difficulty in a worker process."""
+    return _loaded_worker(options).stress(task)
 
 
 def first_command(result: ChainResult) -> Grounding | None:

@@ -4,11 +4,10 @@
 from __future__ import annotations
 
 import argparse
-import os
 from pathlib import Path
 
 from uncom_bringup import output
-from uncom_bringup.command_options import SubParsers, add_json, natural_number, simulator_needed
+from uncom_bringup.command_options import SubParsers, add_json, add_workers, natural_number, simulator_needed
 from uncom_bringup.exceptions import BadInputError
 
 
@@ -21,7 +20,7 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     )
     parser.add_argument("--seed", type=natural_number, default=0, help="everything random comes from it (default: 0)")
     parser.add_argument("--runs", type=natural_number, default=60, metavar="N", help="how many commands (default: 60)")
-    parser.add_argument("--jobs", type=natural_number, default=os.cpu_count() or 1, metavar="N", help="processes")
+    add_workers(parser)
     parser.add_argument("--shots", metavar="DIR", help="leave pictures from outside here, one after each motion")
     parser.add_argument(
         "--in-a-row", type=natural_number, default=0, metavar="N", help="N commands to one robot, one after the other"
@@ -43,8 +42,9 @@ def run(options: argparse.Namespace) -> int:
         from uncom_sim.bench_execution import in_a_row as bench_in_a_row  # noqa: PLC0415
         from uncom_sim.bench_execution import run as bench_execution  # noqa: PLC0415  (only when it runs)
         from uncom_sim.bench_execution import stops as bench_stops  # noqa: PLC0415
-    if options.runs < 1 or options.jobs < 1:
-        raise BadInputError("--runs and --jobs must be at least 1")
+        from uncom_sim.cluster.task_pool import PoolOptions  # noqa: PLC0415
+    if options.runs < 1:
+        raise BadInputError("--runs must be at least 1")
     if options.in_a_row:
         turns = bench_in_a_row.run_in_a_row(options.in_a_row, options.seed, output.note)
         if options.json:
@@ -62,7 +62,8 @@ def run(options: argparse.Namespace) -> int:
     shots = Path(options.shots) if options.shots else None
     if shots is not None:
         shots.mkdir(parents=True, exist_ok=True)
-    result = bench_execution.run_benchmark(range(options.runs), options.seed, options.jobs, output.note, shots)
+    pool = PoolOptions(options.jobs, options.scheduler)
+    result = bench_execution.run_benchmark(range(options.runs), options.seed, pool, output.note, shots)
     if options.json:
         output.emit_json(result)
     else:

@@ -13,8 +13,10 @@ from uncom_bringup.command_options import (
     add_json,
     add_output,
     add_parameters,
+    add_workers,
     natural_number,
     output_folder,
+    positive_number,
     simulator_needed,
 )
 
@@ -27,9 +29,11 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
         description="Make takes of a simulated person who speaks and points, understand them, score by the truth.",
     )
     parser.add_argument("--seed", type=natural_number, default=0, help="everything random comes from it (default: 0)")
-    parser.add_argument("--takes", type=_count, metavar="N", help="only so many takes, spread over the scenarios")
+    parser.add_argument(
+        "--takes", type=positive_number, metavar="N", help="only so many takes, spread over the scenarios"
+    )
     parser.add_argument("--scenarios", type=_numbers, default=(), metavar="LIST", help="only these, e.g. 1,4,7-9")
-    parser.add_argument("--jobs", type=_count, default=os.cpu_count() or 1, metavar="N", help="processes at a time")
+    add_workers(parser)
     add_output(parser, "the results")
     parser.add_argument("--cache", metavar="DIR", help="where takes are kept, about 8 MB each (default: user's cache)")
     parser.add_argument("--bags", metavar="DIR", help="also write every take as a bag (.mcap) there, about 4 MB each")
@@ -56,6 +60,7 @@ def run(options: argparse.Namespace) -> int:
             scenarios=options.scenarios,
             takes=options.takes,
             jobs=options.jobs,
+            scheduler=options.scheduler,
             folder=folder,
             cache=Path(options.cache) if options.cache else default_cache(),
             fresh=options.fresh,
@@ -76,13 +81,6 @@ def default_cache() -> Path:
     if os.environ.get("UNCOM_CACHE"):
         return Path(os.environ["UNCOM_CACHE"])
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "uncom"
-
-
-def _count(text: str) -> int:
-    value = natural_number(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text} is not at least 1")
-    return value
 
 
 def _numbers(text: str) -> tuple[int, ...]:
