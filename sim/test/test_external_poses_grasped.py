@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from uncom_common.conversions import header_to_msg
+from uncom_common.primitive import Primitive
 from uncom_perception.conversions import models_from_msg, models_to_msg
 from uncom_sim.bench_execution.cases import Case
 from uncom_sim.bench_execution.run import run_case
@@ -19,8 +20,8 @@ def case_of(kind):
     things = (SceneObject("o0", kind, "red", 0.58, 0.2, 0.4), SceneObject("o1", "bowl", "blue", 0.62, -0.02))
     scene = Scene(things, "do it")
     if kind == "bottle":
-        return Case(0, scene, Meaning("o0", "none"), "pick", "pick", None)
-    return Case(0, scene, Meaning("o0", "in", "o1"), "in", "put_in", None)
+        return Case(0, scene, Meaning("o0", "none"), "pick", Primitive.PICK, None)
+    return Case(0, scene, Meaning("o0", "in", "o1"), "in", Primitive.PUT_IN, None)
 
 
 def told_width(run):

@@ -4,6 +4,7 @@
 import numpy as np
 import pybullet
 import pytest
+from uncom_common.primitive import Primitive
 from uncom_common.transforms import invert
 from uncom_sim.bench_execution.cases import Case
 from uncom_sim.bench_execution.run import task_of
@@ -33,7 +34,7 @@ def test_a_thing_that_is_held_neither_slides_nor_turns(kind, y):
         machine = SteppedRobot(simulator)
         told = []
         engine = Engine(RobotModel(tiago_urdf()), machine, ExecutionConfig(seed=2), told.append)
-        case = Case(0, scene, Meaning("o0", "none"), "pick", "pick", None)
+        case = Case(0, scene, Meaning("o0", "none"), "pick", Primitive.PICK, None)
         outcome = engine.execute(task_of(case, machine.look(), simulator.object_states()))
         assert outcome.success, outcome.reason
         side = next(status.arm for status in reversed(told) if status.arm)

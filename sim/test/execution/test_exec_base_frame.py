@@ -11,7 +11,7 @@ from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.execution.task_planner import TaskPlanner, middle_places_in_odom
 from uncom_tiago_exec.scene.base_frame import room_ahead, scene_in_odom, task_in_base, task_in_odom
 from uncom_tiago_exec.scene.scene_model import build_scene
-from uncom_tiago_exec.skills.pick_place_planner import PickPlacePlanner
+from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
 from uncom_tiago_exec.skills.relay_via_middle import after_moving, middle_places
 from uncom_tiago_exec.types import BasePose
 
@@ -87,7 +87,7 @@ def test_a_motion_in_the_base_frame_moves_a_thing_of_odom_as_far():
 def test_a_plan_is_the_same_wherever_in_odom_the_table_and_the_base_stand():
     base = BasePose(-1.3, 2.4, 0.7)
     here = exact(make_task(lemon_and_bowl(np.random.default_rng(0)), "put_in", target="bowl"))
-    planner = PickPlacePlanner(robot(), ExecutionConfig())
+    planner = ManipulationPlanner(robot(), ExecutionConfig())
     plan = planner.plan(here, start_positions())
 
     class Standing:

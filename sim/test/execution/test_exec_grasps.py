@@ -113,7 +113,7 @@ def test_put_in_lets_go_over_the_opening_with_fingers_above_the_rim():
     ]
     task = make_task(things, "put_in", target="bowl")
     scene = build_scene(task)
-    goal = destination(task, scene.moved, scene.target)
+    goal = destination(task, scene.moved, scene.target, into=True)
     grasp = grasps_of(scene.moved, scene.neighbours)[0]
     for place in place_options(goal, scene.moved, grasp, gripper):
         middle = place.motion @ np.append(scene.moved.middle, 1.0)
@@ -133,7 +133,9 @@ def test_impossible_places_are_refused_in_words():
             make_task(things, "place", place=(0.6, 0.8)), *_shapes(make_task(things, "place", place=(0.6, 0.8)))
         )
     with pytest.raises(RefusedError, match="too wide"):
-        destination(make_task(things, "put_in", target="cup"), *_shapes(make_task(things, "put_in", target="cup")))
+        destination(
+            make_task(things, "put_in", target="cup"), *_shapes(make_task(things, "put_in", target="cup")), into=True
+        )
 
 
 def _shapes(task):
@@ -179,7 +181,7 @@ def test_what_is_longer_than_a_bowl_is_wide_goes_in_with_one_end():
     spoon = detection("spoon", box_cloud(0.55, 0.2, 0.3, np.array([0.19, 0.025, 0.012]), rng))
     bowl = detection("bowl", bowl_cloud(0.6, -0.1, 0.085, 0.065, rng))
     scene = build_scene(make_task([spoon, bowl], "put_in", target="bowl"))
-    goal = destination(make_task([spoon, bowl], "put_in", target="bowl"), scene.moved, scene.target)
+    goal = destination(make_task([spoon, bowl], "put_in", target="bowl"), scene.moved, scene.target, into=True)
     grasp = grasps_of(scene.moved)[0]
     option = place_options(goal, scene.moved, grasp, robot().gripper("left"))[0]
     points = scene.moved.points @ option.motion[:3, :3].T + option.motion[:3, 3]

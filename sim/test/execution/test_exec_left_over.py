@@ -26,7 +26,7 @@ from uncom_tiago_exec.execution.plan_executor import Performer
 from uncom_tiago_exec.execution.recovery import Left, way_home
 from uncom_tiago_exec.execution.robot_segmentation import own_body, with_held
 from uncom_tiago_exec.planning.plan import MoveStep
-from uncom_tiago_exec.skills.pick_place_planner import PickPlacePlanner
+from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
 from uncom_tiago_exec.skills.relay_via_middle import middle_places
 from uncom_tiago_exec.types import Stage
 
@@ -66,7 +66,7 @@ def picked():
     """A task, its plan, and the joints with the lemon lifted."""
     things = lemon_and_bowl(np.random.default_rng(0))
     task = make_task(things, "pick")
-    plan = PickPlacePlanner(robot(), ExecutionConfig()).plan(task, start_positions())
+    plan = ManipulationPlanner(robot(), ExecutionConfig()).plan(task, start_positions())
     lifted = [step.trajectory for step in plan.steps if isinstance(step, MoveStep)][-1]
     joints = {**start_positions(), **dict(zip(lifted.joint_names, lifted.positions[-1], strict=True))}
     return task, plan, joints
@@ -111,7 +111,7 @@ def test_what_was_taken_low_over_the_table_can_be_set_down_again():
     cup = cylinder_cloud(0.66, -0.16, 0.036, 0.08, rng)
     cup = cup[cup[:, 2] > cup[:, 2].min() + 0.004]
     things = [detection("cup", cup), detection("apple", ball_cloud(0.6, -0.36, 0.035, rng))]
-    planner = PickPlacePlanner(robot(), ExecutionConfig())
+    planner = ManipulationPlanner(robot(), ExecutionConfig())
     plan = planner.plan(make_task(things, "pick"), start_positions())
     lifted = [step.trajectory for step in plan.steps if isinstance(step, MoveStep)][-1]
     joints = {**start_positions(), **dict(zip(lifted.joint_names, lifted.positions[-1], strict=True))}
@@ -140,7 +140,7 @@ def test_from_around_a_tall_thing_just_let_go_the_hand_goes_back_along_its_finge
     """Straight up it would still be around the thing."""
     rng = np.random.default_rng(7)
     things = [detection("bottle", cylinder_cloud(0.6, 0.2, 0.033, 0.24, rng))]
-    planner = PickPlacePlanner(robot(), ExecutionConfig())
+    planner = ManipulationPlanner(robot(), ExecutionConfig())
     plan = planner.plan(make_task(things, "place", place=(0.6, 0.0)), start_positions())
     lower = next(step.trajectory for step in plan.steps if isinstance(step, MoveStep) and step.stage == Stage.PLACING)
     half = 0.5 * plan.grasp.width + 0.001  # the fingers have hardly opened
@@ -154,7 +154,7 @@ def test_from_around_a_tall_thing_just_let_go_the_hand_goes_back_along_its_finge
 def test_a_motion_that_begins_elsewhere_than_where_the_arm_is_is_not_begun():
     things = lemon_and_bowl(np.random.default_rng(0))
     machine = LookingOn([scene_of(things)], [0.05])
-    plan = PickPlacePlanner(robot(), ExecutionConfig()).plan(make_task(things, "pick"), start_positions())
+    plan = ManipulationPlanner(robot(), ExecutionConfig()).plan(make_task(things, "pick"), start_positions())
     performer = Performer(robot(), machine, ExecutionConfig(), lambda _: None)
     first, second = (step.trajectory for step in plan.steps[:3] if isinstance(step, MoveStep))
     with pytest.raises(MotionError, match="begins"):
@@ -170,7 +170,7 @@ def test_a_hand_that_stands_a_little_in_the_table_that_was_seen_finds_home(highe
     """The table is then a little lower than it was seen; a hand deep in it is not where it is thought to be."""
     rng = np.random.default_rng(8)
     things = [detection("ball", ball_cloud(0.6, 0.2, 0.03, rng))]
-    plan = PickPlacePlanner(robot(), ExecutionConfig()).plan(
+    plan = ManipulationPlanner(robot(), ExecutionConfig()).plan(
         make_task(things, "place", place=(0.6, 0.0)), start_positions()
     )
     there = next(step.trajectory for step in plan.steps if step.stage == Stage.PLACING and isinstance(step, MoveStep))
@@ -242,7 +242,7 @@ def test_what_the_arm_that_holds_it_cannot_bring_there_is_put_back_and_brought_b
 def test_what_was_taken_from_nearer_is_put_back_from_nearer_where_nothing_else_is_in_reach():
     """From where the base is, nothing but places nearer than any free one can be reached with what is held."""
 
-    class Near(PickPlacePlanner):
+    class Near(ManipulationPlanner):
         def plan_held(self, task, positions, held):
             if task.target_pose[0, 3] > 0.5 or abs(task.target_pose[1, 3] - 0.2) > 0.05:
                 raise UnreachableError("place")

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exec_fixtures import ObedientRobot, ball_cloud, cylinder_cloud, make_task, robot
+from uncom_common.primitive import Primitive
 from uncom_sim.bench_execution.cases import Case
 from uncom_sim.bench_execution.run import run_case
 from uncom_sim.bench_planning.scenes import detection
@@ -19,7 +20,7 @@ from uncom_tiago_exec.grasping.grasps import Grasp
 from uncom_tiago_exec.planning.plan import Plan
 from uncom_tiago_exec.scene.obstacles import upright
 from uncom_tiago_exec.scene.scene_model import build_scene
-from uncom_tiago_exec.skills.pick_place_planner import PickPlacePlanner
+from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
 from uncom_tiago_exec.skills.relay_via_middle import after_moving, middle_places, to_middle
 
 
@@ -57,7 +58,7 @@ def test_a_can_goes_from_one_end_of_the_table_to_the_other_by_both_arms():
     objects = [{"id": "o0", "kind": "can", "x": 0.66, "y": 0.33, "yaw": 0.0}]
     objects.append({"id": "o1", "kind": "apple", "x": 0.8, "y": 0.1, "yaw": 0.0})
     scene, place = scene_from_dict({"objects": objects, "say": "take it"}), (0.66, -0.33)
-    run = run_case(Case(0, scene, Meaning("o0", "area", None, place), "area", "place", place), robot=robot())
+    run = run_case(Case(0, scene, Meaning("o0", "area", None, place), "area", Primitive.PLACE, place), robot=robot())
     assert run.outcome.success, run.outcome.reason
     assert run.physical.success, run.physical.reason
     assert {s.arm for s in run.told if s.arm} == {"left", "right"}
@@ -68,7 +69,7 @@ def test_a_can_goes_from_one_end_of_the_table_to_the_other_by_both_arms():
 def test_where_it_has_to_drive_anyhow_it_drives_to_where_it_can_take_hold_well():
     """A plan with a doubtful grasp from nearer is left for a much better one from nearer still."""
 
-    class Plans(PickPlacePlanner):
+    class Plans(ManipulationPlanner):
         def plan(self, task, positions, avoid=(), like=None):
             ahead = round(float(0.9 - np.mean(task.object.geometry.cloud[:, 0])), 2)
             quality = {0.06: self.qualities[0], 0.12: self.qualities[1]}.get(ahead)

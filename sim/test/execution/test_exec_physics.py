@@ -3,6 +3,7 @@
 
 import pytest
 from exec_fixtures import robot
+from uncom_common.primitive import Primitive
 from uncom_sim.bench_execution.cases import Case
 from uncom_sim.bench_execution.run import run_case
 from uncom_sim.types import Meaning
@@ -29,10 +30,10 @@ def check(case):
 @pytest.mark.timeout(600)
 def test_a_lemon_ends_in_a_bowl_across_the_middle():
     things = scene(("lemon", 0.58, 0.18, 0.6), ("bowl", 0.62, -0.1, 0.0), ("can", 0.75, 0.2, 0.0))
-    check(Case(0, things, Meaning("o0", "in", "o1"), "in", "put_in", None))
+    check(Case(0, things, Meaning("o0", "in", "o1"), "in", Primitive.PUT_IN, None))
 
 
 @pytest.mark.timeout(600)
 def test_a_mug_ends_on_a_free_place():
     things, place = scene(("mug", 0.6, -0.15, 2.0), ("apple", 0.62, 0.2, 0.0)), (0.6, -0.35)
-    check(Case(0, things, Meaning("o0", "area", None, place), "area", "place", place))
+    check(Case(0, things, Meaning("o0", "area", None, place), "area", Primitive.PLACE, place))

@@ -15,6 +15,7 @@ from exec_fixtures import (
     robot,
     start_positions,
 )
+from uncom_common.primitive import Primitive
 from uncom_sim.bench_execution.cases import Case
 from uncom_sim.bench_execution.run import run_case
 from uncom_sim.bench_planning.scenes import detection
@@ -27,13 +28,13 @@ from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.carry_planner import lean
 from uncom_tiago_exec.planning.plan import GripStep, MoveStep
 from uncom_tiago_exec.scene.object_shape import complete
-from uncom_tiago_exec.skills.pick_place_planner import PickPlacePlanner
+from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
 from uncom_tiago_exec.skills.pour import motions, mouth_edge
 from uncom_tiago_exec.types import Stage
 
 
 def planned(primitive, things):
-    return PickPlacePlanner(robot(), ExecutionConfig()).plan(make_task(things, primitive), start_positions())
+    return ManipulationPlanner(robot(), ExecutionConfig()).plan(make_task(things, primitive), start_positions())
 
 
 @pytest.mark.parametrize("y", [-0.2, 0.25])
@@ -80,7 +81,7 @@ def test_after_a_push_the_hand_goes_back_and_up_before_it_turns_away():
     """What was pushed may have turned, and a tall thing is not to be knocked over on the way home."""
     rng = np.random.default_rng(5)
     tall = detection("cereal box", box_cloud(0.55, 0.12, 0.3, np.array([0.15, 0.055, 0.215]), rng))
-    plan = PickPlacePlanner(robot(), ExecutionConfig()).plan(
+    plan = ManipulationPlanner(robot(), ExecutionConfig()).plan(
         make_task([tall], "push", place=(0.59, 0.28)), start_positions()
     )
     along, out = (
@@ -112,7 +113,7 @@ def test_each_motion_begins_where_the_one_before_ended(primitive):
         target = "bowl" if primitive in ("pour", "put_in") else None
         place = (x, 1.45 * y) if primitive in ("place", "push") else (x, y) if primitive == "pour" else None
         task = make_task([can, bowl], primitive, target=target, place=place)
-        plan = PickPlacePlanner(robot(), ExecutionConfig()).plan(task, start_positions())
+        plan = ManipulationPlanner(robot(), ExecutionConfig()).plan(task, start_positions())
         moves = [s.trajectory for s in plan.steps if isinstance(s, MoveStep)]
         for before, after in pairwise(moves):
             assert np.abs(after.positions[0] - before.positions[-1]).max() < 0.02
@@ -124,7 +125,9 @@ def test_a_mug_is_tilted_over_a_bowl_and_stands_again_where_it_was():
     things = [{"id": "o0", "kind": "mug", "x": 0.55, "y": 0.25, "yaw": 0.4}]
     things.append({"id": "o1", "kind": "bowl", "x": 0.58, "y": 0.0, "yaw": 0.0})
     scene = scene_from_dict({"objects": things, "say": "pour it"})
-    run = run_case(Case(0, scene, Meaning("o0", "area", "o1", (0.55, 0.25)), "pour", "pour", None), robot=robot())
+    run = run_case(
+        Case(0, scene, Meaning("o0", "area", "o1", (0.55, 0.25)), "pour", Primitive.POUR, None), robot=robot()
+    )
     assert run.outcome.success, run.outcome.reason
     assert run.physical.success, run.physical.reason
     assert run.physical.object_moved_m < 0.03
@@ -138,7 +141,7 @@ def test_fingers_keep_well_off_the_table_on_free_ways(x, y):
     rng = np.random.default_rng(11)
     lemon = detection("lemon", ball_cloud(x, y, 0.027, rng))
     box = detection("box", box_cloud(0.7, 0.12, 0.3, np.array([0.12, 0.09, 0.08]), rng))
-    plan = PickPlacePlanner(robot(), ExecutionConfig()).plan(
+    plan = ManipulationPlanner(robot(), ExecutionConfig()).plan(
         make_task([lemon, box], "place", place=(0.56, -0.22 if y > 0 else 0.02)), start_positions()
     )
     arm = ArmPlanner(robot(), plan.side, start_positions(), plan.scene, ExecutionConfig())
@@ -176,7 +179,7 @@ def test_nothing_is_spilled_on_the_way_to_the_target_and_back(x, y):
     rng = np.random.default_rng(13)
     can = detection("can", cylinder_cloud(x, y, 0.03, 0.1, rng))
     bowl = detection("bowl", bowl_cloud(0.64, 0.02 if y < 0 else -0.08, 0.085, 0.065, rng))
-    plan = PickPlacePlanner(robot(), ExecutionConfig()).plan(
+    plan = ManipulationPlanner(robot(), ExecutionConfig()).plan(
         make_task([can, bowl], "pour", target="bowl", place=(x, y)), start_positions()
     )
     arm = ArmPlanner(robot(), plan.side, start_positions(), plan.scene, ExecutionConfig())

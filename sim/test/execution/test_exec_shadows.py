@@ -12,7 +12,7 @@ from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.plan import MoveStep
 from uncom_tiago_exec.scene.occlusion import shadows_of
 from uncom_tiago_exec.scene.scene_model import build_scene
-from uncom_tiago_exec.skills.pick_place_planner import PickPlacePlanner
+from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
 
 CAMERA = np.array([0.2, 0.0, 1.35])
 
@@ -59,7 +59,7 @@ def test_motions_keep_out_of_what_is_not_seen_but_do_what_was_asked_for_there():
     rng = np.random.default_rng(4)
     lemon = detection("lemon", ball_cloud(0.58, 0.22, 0.027, rng))
     box = detection("box", box_cloud(0.6, 0.02, 0.2, np.array([0.06, 0.16, 0.22]), rng))
-    planner = PickPlacePlanner(robot(), ExecutionConfig())
+    planner = ManipulationPlanner(robot(), ExecutionConfig())
     for place in ((0.56, -0.14), (0.72, 0.03)):  # past the box, and behind it
         task = make_task([lemon, box], "place", place=place)
         plan = planner.plan(task, start_positions())

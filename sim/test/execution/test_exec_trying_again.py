@@ -29,7 +29,7 @@ from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.carry_planner import UprightChecker, lean
 from uncom_tiago_exec.planning.plan import MoveStep
 from uncom_tiago_exec.scene.object_shape import complete
-from uncom_tiago_exec.skills.pick_place_planner import PickPlacePlanner
+from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
 from uncom_tiago_exec.types import Stage
 
 CONFIG = ExecutionConfig()
@@ -49,7 +49,7 @@ def test_a_held_thing_is_carried_upright():
         can = detection("can", cylinder_cloud(0.6, start, 0.033, 0.12, rng))
         box = detection("box", box_cloud(0.72, 0.14, 0.3, np.array([0.1, 0.08, 0.2]), rng))
         task = make_task([can, box], "place", place=goal)
-        plan = PickPlacePlanner(robot(), CONFIG).plan(task, start_positions())
+        plan = ManipulationPlanner(robot(), CONFIG).plan(task, start_positions())
         arm = ArmPlanner(robot(), plan.side, start_positions(), plan.scene, CONFIG)
         carried = [s for s in plan.steps if isinstance(s, MoveStep) and s.stage in (Stage.LIFTING, Stage.TRANSFERRING)]
         assert carried
@@ -63,7 +63,7 @@ def with_a_lifted_can():
     """Return an arm that has lifted a can, its grasp, what checks its motions, and where it is (8,)."""
     rng = np.random.default_rng(0)
     task = make_task([detection("can", cylinder_cloud(0.6, 0.1, 0.033, 0.12, rng))], "pick")
-    plan = PickPlacePlanner(robot(), CONFIG).plan(task, start_positions())
+    plan = ManipulationPlanner(robot(), CONFIG).plan(task, start_positions())
     arm = ArmPlanner(robot(), plan.side, start_positions(), plan.scene, CONFIG)
     free = arm.carrying(plan.grasp, frozenset())
     here = next(s.trajectory.positions[-1] for s in plan.steps if s.stage == Stage.LIFTING)
@@ -219,7 +219,7 @@ def test_two_things_seen_as_one_do_not_hide_that_the_thing_stands_at_its_place()
     box = detection("box", box_cloud(0.6, 0.25, 0.0, np.array([0.16, 0.06, 0.16]), rng))
     mug = detection("mug", cylinder_cloud(0.6, -0.15, 0.04, 0.09, rng))
     task = make_task([box, mug], "place", place=(0.6, 0.03))
-    plan = PickPlacePlanner(robot(), CONFIG).plan(task, start_positions())
+    plan = ManipulationPlanner(robot(), CONFIG).plan(task, start_positions())
     motion = plan.motion
     cloud = np.asarray(box.geometry.cloud, dtype=float) @ motion[:3, :3].T + motion[:3, 3]
     both = detection("box", np.vstack([cloud, np.asarray(mug.geometry.cloud, dtype=float)]))
@@ -233,7 +233,7 @@ def test_a_thing_has_fallen_over_only_if_enough_of_it_is_seen_lying(seen, stands
     rng = np.random.default_rng(9)
     bottle = detection("bottle", cylinder_cloud(0.6, 0.2, 0.03, 0.2, rng))
     task = make_task([bottle], "place", place=(0.6, 0.0))
-    plan = PickPlacePlanner(robot(), CONFIG).plan(task, start_positions())
+    plan = ManipulationPlanner(robot(), CONFIG).plan(task, start_positions())
     placed = np.asarray(bottle.geometry.cloud, dtype=float) @ plan.motion[:3, :3].T + plan.motion[:3, 3]
     if seen == "slice":
         placed = placed[placed[:, 2] < TABLE_Z + 0.025]
@@ -284,7 +284,7 @@ def test_what_was_seen_in_part_before_is_not_said_to_have_been_moved(before, tol
     box = box_cloud(0.7, -0.1, 0.0, np.array([0.08, 0.16, 0.08]), rng)
     was = detection("box", box - np.array([0.03, 0.0, 0.0]) if before == "whole" else box[box[:, 1] > -0.12])
     task = make_task([lemon, was], "place", place=(0.55, 0.0))
-    plan = PickPlacePlanner(robot(), CONFIG).plan(task, start_positions())
+    plan = ManipulationPlanner(robot(), CONFIG).plan(task, start_positions())
     placed = np.asarray(lemon.geometry.cloud, dtype=float) @ plan.motion[:3, :3].T + plan.motion[:3, 3]
     after = Scene(0.0, "base_footprint", (detection("lemon", placed), detection("box", box)), flat_table(), (), "test")
     finding = verify(task, plan, after)

@@ -21,7 +21,7 @@ from uncom_tiago_exec.planning.plan import MoveStep, Plan
 from uncom_tiago_exec.robot.arm_group import ArmGroup
 from uncom_tiago_exec.robot.robot_model import RobotModel
 from uncom_tiago_exec.scene.obstacles import upright
-from uncom_tiago_exec.skills.pick_place_planner import PickPlacePlanner
+from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
 from uncom_tiago_exec.types import SIDES, FloatArray, Obstacle
 
 from uncom_sim.bench_planning.peers import ratios, run_peers
@@ -224,7 +224,7 @@ def whole_plans(robot: RobotModel, start: dict[str, float], count: int, seed: in
     stages: dict[str, list[float]] = {}
     for i in range(count):
         task = pick_and_place(rng, int(rng.integers(6, 13)), 1.0 if i % 2 else -1.0)
-        planner = PickPlacePlanner(robot, ExecutionConfig(seed=seed + 1))
+        planner = ManipulationPlanner(robot, ExecutionConfig(seed=seed + 1))
         began = time.thread_time()
         try:
             plan = planner.plan(task, start)

@@ -68,9 +68,12 @@ class FromNearer:
         self, task: ManipulationTask
     ) -> tuple[ManipulationTask, Plan, ManipulationTask, tuple[float, Plan]] | None:
         """Return the first half with its plan, the rest as it will be then, and how that is reached; or None."""
+        relay = self.planner.skills[task.primitive].relay_primitive
+        if relay is None:
+            return None
         base = self._robot.base_pose()
         for place in middle_places_in_odom(task, base):
-            half = to_middle(task, place)
+            half = to_middle(task, place, relay)
             try:
                 plan = self.planner.plan(half, base)
             except ExecutionError as error:

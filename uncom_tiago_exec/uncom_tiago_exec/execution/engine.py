@@ -35,12 +35,12 @@ from uncom_tiago_exec.execution.verification import middle_of
 from uncom_tiago_exec.planning.plan import MoveStep, Plan
 from uncom_tiago_exec.robot.robot_model import RobotModel
 from uncom_tiago_exec.scene.base_frame import task_in_base
-from uncom_tiago_exec.skills.pick_place_planner import PLACING, PickPlacePlanner
+from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
 from uncom_tiago_exec.skills.relay_via_middle import to_middle
+from uncom_tiago_exec.skills.skill import ObjectEnd
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Outcome, Stage
 
 _LOG = logging.getLogger(__name__)
-SUPPORTED = (*PLACING, "pick", "push", "give", "pour", "point")
 _OTHERWISE = (UnreachableError, InCollisionError, PlanningError)  # what can be done from elsewhere, perhaps
 
 
@@ -50,7 +50,7 @@ class Engine:
     def __init__(self, model: RobotModel, robot: RobotInterface, config: ExecutionConfig, report: Report) -> None:
         """Keep the parts; nothing moves yet."""
         self.model = model
-        self._planner = TaskPlanner(PickPlacePlanner(model, config), robot)
+        self._planner = TaskPlanner(ManipulationPlanner(model, config), robot)
         self._robot = robot
         self._nearer = FromNearer(self._planner, robot, config)
         self._config = config
@@ -120,7 +120,9 @@ class Engine:
             self._hand.in_hand, self._unfinished = "", plan
             return self._run(self._finish_what_was_left(without(task, own)))
         words = {*task.object_text.lower().split(), task.object.label.lower()} & {*held.lower().split()}
-        if task.primitive not in PLACING or (task.object_text and not words):
+        skills = self._planner.skills
+        places = task.primitive in skills and skills[task.primitive].sets_down_held
+        if not places or (task.object_text and not words):
             raise RefusedError(f"I hold the {held}; tell me first where to put it")
         self._hand.tell(Stage.PLANNING, f"looking for a place for the {held}", plan.side)
         task = with_held(task, self._before, own)
@@ -173,7 +175,7 @@ class Engine:
         except (GraspFailedError, MotionError):
             self._hand.recover(placing)
             raise
-        return self._eyes.check(task, placing)
+        return self._eyes.check(task, placing, self._planner.skills[task.primitive])
 
     def _begin(self, task: ManipulationTask, plan: Plan) -> None:
         """Remember what is under way, and what was seen before it."""
@@ -185,8 +187,7 @@ class Engine:
         return Outcome(stage == Stage.DONE, end, text, self._hand.in_hand, self._eyes.verification)
 
     def _run(self, task: ManipulationTask) -> str:
-        if task.primitive not in SUPPORTED:
-            raise RefusedError(f"I have not learned to {task.primitive.value.replace('_', ' ')} yet")
+        self._planner.skills[task.primitive]  # refused where there is none
         self._under_way = None
         try:
             plan = self._plan(task, [], 0)
@@ -225,7 +226,7 @@ class Engine:
         Raises:
             RefusedError: that would not help; nothing has moved.
         """
-        found = self._nearer.by_the_middle(task) if task.primitive in (*PLACING, "push") else None
+        found = self._nearer.by_the_middle(task)
         if found is None:
             raise refusal
         half, plan, rest, then = found
@@ -262,18 +263,16 @@ class Engine:
             GraspFailedError, MisplacedError: it came to nothing; the arm is back and its hand empty.
         """
         self._take(task, plan)
-        if task.primitive == "pick":
-            return f"I hold the {self._hand.in_hand}"
-        if task.primitive == "give":
-            return f"here is the {self._hand.in_hand}"
+        skill = self._planner.skills[task.primitive]
+        if skill.object_end is ObjectEnd.IN_HAND:
+            return skill.done_text(task, self._hand.in_hand)
+        untouched = skill.object_end is ObjectEnd.UNTOUCHED
         try:
             self._hand.place(plan)
         except MotionError:
-            if not self._hand.recover(plan) or self._hand.in_hand or task.primitive == "point":
+            if not self._hand.recover(plan) or self._hand.in_hand or untouched:
                 raise  # else it was let go: where it lies is seen now
-        if task.primitive == "point":
-            return f"that is the {task.object_text or task.object.label or 'object'}"
-        return self._eyes.check(task, plan)
+        return skill.done_text(task, "") if untouched else self._eyes.check(task, plan, skill)
 
     def _take(self, task: ManipulationTask, plan: Plan) -> None:
         """Take the thing and bring it over its place, or let it be and go back."""

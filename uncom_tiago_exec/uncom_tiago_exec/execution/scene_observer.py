@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from uncom_common.transforms import apply
 from uncom_perception.types import Scene
 
@@ -16,6 +14,7 @@ from uncom_tiago_exec.execution.robot_interface import RobotInterface
 from uncom_tiago_exec.execution.verification import expected_place, verify
 from uncom_tiago_exec.planning.plan import Plan
 from uncom_tiago_exec.scene.base_frame import scene_in_odom, task_in_base
+from uncom_tiago_exec.skills.skill import Skill
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage
 
 
@@ -56,18 +55,18 @@ class SecondLook:
         seen = self._robot.look()
         return scene_in_odom(seen, self._robot.base_pose())
 
-    def check(self, task: ManipulationTask, plan: Plan) -> str:
-        """Look again, and say where the thing is.
+    def check(self, task: ManipulationTask, plan: Plan, skill: Skill) -> str:
+        """Look again, and say where the thing is; the skill says what is to be seen.
 
         Raises:
             MisplacedError: it is not where it was to be.
         """
         if not self._config.verify:
-            return f"I have put the {task.object_text or 'object'} down"
+            return skill.done_text(task, "")
         self._hand.tell(Stage.VERIFYING, "looking again")
-        if task.primitive == "pour":  # it is to stand again where it was
-            task, plan = replace(task, target=None), replace(plan, scene=replace(plan.scene, target=None))
-        finding = verify(task_in_base(task, plan.base), plan, self._robot.look())
+        task, plan = skill.expected(task, plan)
+        on_target = skill.rests_on_target(task)
+        finding = verify(task_in_base(task, plan.base), plan, self._robot.look(), on_target=on_target)
         self.verification = data = finding.as_data()
         self._hand.tell(Stage.VERIFYING, finding.text, plan.side, data)
         if not finding.success:

@@ -15,7 +15,8 @@ from uncom_tiago_exec.execution.robot_interface import RobotInterface
 from uncom_tiago_exec.planning.plan import Plan
 from uncom_tiago_exec.robot.robot_model import RobotModel
 from uncom_tiago_exec.scene.base_frame import task_in_base
-from uncom_tiago_exec.skills.pick_place_planner import PickPlacePlanner
+from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
+from uncom_tiago_exec.skills.registry import SkillRegistry
 from uncom_tiago_exec.skills.relay_via_middle import middle_places
 from uncom_tiago_exec.types import BasePose, FloatArray, ManipulationTask
 
@@ -23,7 +24,7 @@ from uncom_tiago_exec.types import BasePose, FloatArray, ManipulationTask
 class TaskPlanner:
     """Plans from the robot's present joint positions and a pose of its base."""
 
-    def __init__(self, planner: PickPlacePlanner, robot: RobotInterface) -> None:
+    def __init__(self, planner: ManipulationPlanner, robot: RobotInterface) -> None:
         """Take what plans in the base frame, and the robot whose joint positions plans begin at."""
         self._planner = planner
         self._robot = robot
@@ -33,10 +34,15 @@ class TaskPlanner:
         """The model that plans are made for."""
         return self._planner.robot
 
+    @property
+    def skills(self) -> SkillRegistry:
+        """The skills that there are."""
+        return self._planner.skills
+
     def plan(
         self, task: ManipulationTask, base: BasePose, avoid: Sequence[FloatArray] = (), like: Plan | None = None
     ) -> Plan:
-        """Plan a task with the base at a pose; the plan is in base_footprint there. See PickPlacePlanner.plan.
+        """Plan a task with the base at a pose; the plan is in base_footprint there. See ManipulationPlanner.plan.
 
         Raises:
             RefusedError: it cannot be done from there.
@@ -45,7 +51,7 @@ class TaskPlanner:
         return replace(plan, base=base)
 
     def plan_held(self, task: ManipulationTask, base: BasePose, held: Plan) -> Plan:
-        """Plan to set down, with the base at a pose, what a plan has put into the hand. See PickPlacePlanner.plan_held.
+        """Plan to set down, with the base at a pose, what a plan has put into the hand. See the planner's.
 
         Raises:
             RefusedError: there is no place, or it cannot be reached from there.

@@ -66,9 +66,9 @@ def expected_place(plan: Plan) -> FloatArray | None:
     return np.asarray((plan.motion @ middle)[:2])
 
 
-def verify(task: ManipulationTask, plan: Plan, after: Scene) -> Finding:
-    """Compare what is seen now with what the plan promised."""
-    finding = _judged(task, plan, after)
+def verify(task: ManipulationTask, plan: Plan, after: Scene, *, on_target: bool = False) -> Finding:
+    """Compare what is seen now with what the plan promised; on_target: it must be seen to rest on the target."""
+    finding = _judged(task, plan, after, on_target=on_target)
     measured = _measured(task, plan, after)
     finding = replace(finding, measured=measured)
     away = measured.get("beside_m")
@@ -131,7 +131,7 @@ def _cloud(detection: Detection) -> FloatArray:
     return np.asarray(detection.geometry.cloud, dtype=float).reshape(-1, 3)
 
 
-def _judged(task: ManipulationTask, plan: Plan, after: Scene) -> Finding:
+def _judged(task: ManipulationTask, plan: Plan, after: Scene, *, on_target: bool) -> Finding:
     what = task.object_text or task.object.label or "object"
     here = [d for d in after.detections if d.geometry is not None]
     moved = _bystanders(task, here)
@@ -155,7 +155,7 @@ def _judged(task: ManipulationTask, plan: Plan, after: Scene) -> Finding:
         return Finding(False, f"the {what} is still where it was", error, moved)
     rise = _rise_inside(plan, here)
     filled = inside and rise is not None and rise > _RISE
-    fault = _fault(task, plan, here, goal)
+    fault = _fault(task, plan, here, goal, on_target=on_target)
     if fault:
         return Finding(False, fault.format(what=what, target=task.target_text or "other thing"), error, moved)
     elsewhere = inside and not filled and error > allowed and len(here) >= len(task.scene)
@@ -169,9 +169,9 @@ def _judged(task: ManipulationTask, plan: Plan, after: Scene) -> Finding:
     return Finding(False, f"I do not see the {what} where I put it", error, moved)
 
 
-def _fault(task: ManipulationTask, plan: Plan, seen: list[Detection], goal: FloatArray) -> str:
+def _fault(task: ManipulationTask, plan: Plan, seen: list[Detection], goal: FloatArray, *, on_target: bool) -> str:
     """Return what is wrong with how the thing stands at its place (2,), if anything is."""
-    if task.primitive in ("put_on", "stack") and not _stands_on(plan, seen, goal):
+    if on_target and not _stands_on(plan, seen, goal):
         return "the {what} is not on the {target}"
     target = plan.scene.target
     return (

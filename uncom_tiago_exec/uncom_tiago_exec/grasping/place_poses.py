@@ -22,8 +22,6 @@ _TILTS = np.radians([0, 20, 40])
 _LEANING = np.radians([40, 30, 50])  # of what is as long as the opening that it goes into is wide
 _LONG = 1.9  # radii of the opening
 _LOW_END = 0.4  # radii from the middle of the opening to the end that goes in
-INTO = ("put_in",)
-ONTO = ("put_on", "stack")
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,22 +44,25 @@ class Destination:
     room: float = 0.0  # how far from xy it may also be put [m]
 
 
-def destination(task: ManipulationTask, moved: ObjectShape, target: ObjectShape | None) -> Destination:
-    """Work out the destination of a task.
+def destination(
+    task: ManipulationTask, moved: ObjectShape, target: ObjectShape | None, *, into: bool = False, onto: bool = False
+) -> Destination:
+    """Work out where the moved thing of a task is to end.
+
+    Args:
+        task: with the target's relation and the place on the table.
+        moved: the thing to move.
+        target: the thing that receives it, or None.
+        into: it goes into the target, whatever the relation says.
+        onto: it goes on top of the target, whatever the relation says.
 
     Raises:
         RefusedError: there is no place, it is off the table, or the thing cannot go there.
     """
     what = task.object_text or moved.name
-    into = task.primitive in INTO or (task.relation == "in" and target is not None)
-    onto = task.primitive in ONTO or (task.relation == "on" and target is not None)
-    if task.primitive == "pour":  # it goes back to where it was
-        if target is None:
-            raise RefusedError(f"I do not know what to pour the {what} into")
-        return Destination(moved.middle[:2], moved.bottom + RELEASE_GAP, frozenset({TABLE}))
-    if target is not None and into:
+    if target is not None and (into or task.relation == "in"):
         return _inside(moved, target, what)
-    if target is not None and onto:
+    if target is not None and (onto or task.relation == "on"):
         return _upon(moved, target)
     if task.target_pose is None or task.table is None:
         raise RefusedError(f"I do not know where to put the {what}")
@@ -69,6 +70,11 @@ def destination(task: ManipulationTask, moved: ObjectShape, target: ObjectShape 
     if not on_table(task.table, xy, 0.02):
         raise RefusedError(f"the place for the {what} is not on the table")
     return Destination(xy, task.table.height_m + RELEASE_GAP, frozenset({TABLE}))
+
+
+def where_it_was(moved: ObjectShape) -> Destination:
+    """Return the destination of what is to stand again where it was."""
+    return Destination(moved.middle[:2], moved.bottom + RELEASE_GAP, frozenset({TABLE}))
 
 
 def _inside(moved: ObjectShape, target: ObjectShape, what: str) -> Destination:

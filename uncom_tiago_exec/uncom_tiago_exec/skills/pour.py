@@ -8,19 +8,27 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from uncom_common.primitive import Primitive
 
 from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError, RefusedError, UnreachableError
 from uncom_tiago_exec.grasping.grasps import Grasp
+from uncom_tiago_exec.grasping.place_poses import Destination, where_it_was
 from uncom_tiago_exec.kinematics.cartesian_path import follow_poses
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.carry_planner import carried
+from uncom_tiago_exec.planning.plan import Plan, Step
 from uncom_tiago_exec.scene.object_shape import ObjectShape
-from uncom_tiago_exec.types import FloatArray
+from uncom_tiago_exec.scene.scene_model import SceneModel
+from uncom_tiago_exec.skills.grasping_skill import GraspingSkill
+from uncom_tiago_exec.skills.motion_steps import move, placing_steps, taking_steps
+from uncom_tiago_exec.skills.reach import Reach
+from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage
 
 _LOG = logging.getLogger(__name__)
 TILTS = np.radians([115.0, 100.0])  # the second where the first cannot be reached
@@ -28,6 +36,45 @@ _TIME_S = 3.0  # to look for a way to tilt with one grasp
 _OVER = 0.05  # [m] of the mouth's lowest point over what it is poured into
 _STEP = np.radians(4.0)
 _TURNS = np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120, 150, -150, 180])
+_STEEP, _STEEPEST = -0.8, -0.9  # least z of an approach direction for pouring, and where there is no other
+
+
+class PourSkill(GraspingSkill):
+    """Takes a vessel, tilts it over the target, and sets it down where it was."""
+
+    primitives: ClassVar[tuple[Primitive, ...]] = (Primitive.POUR,)
+
+    def destination(self, task: ManipulationTask, scene: SceneModel) -> Destination:
+        """Return where the vessel was.
+
+        Raises:
+            RefusedError: there is nothing to pour into.
+        """
+        if scene.target is None:
+            raise RefusedError(f"I do not know what to pour the {task.object_text or scene.moved.name} into")
+        return where_it_was(scene.moved)
+
+    def serves(self, grasp: Grasp) -> bool:
+        """Tell whether a grasp is across and not from straight above: what is held so cannot be tilted far."""
+        return grasp.family == "across" and float(grasp.approach[2]) > _STEEPEST
+
+    def rounds(self, ordered: Sequence[tuple[ArmPlanner, Grasp]]) -> list[Sequence[tuple[ArmPlanner, Grasp]]]:
+        """Return the less steep grasps, if there are any, and then all."""
+        flat = [(arm, grasp) for arm, grasp in ordered if grasp.approach[2] > _STEEP]
+        return [flat, ordered] if flat else [ordered]
+
+    def steps(self, reach: Reach, task: ManipulationTask, *, strict: bool) -> tuple[Step, ...]:
+        """Return the steps to the vessel, to over the target, tilting there, and back."""
+        taking = taking_steps(reach)
+        names = task.object_text or task.object.label or "object", task.target_text or "target"
+        pour = find_pour(reach.arm, reach.grasp, reach.lift[-1], names, strict=strict)
+        upright = replace(reach, lift=np.vstack([reach.lift[-1], pour.over[-1]]), over=None)
+        back = placing_steps(upright, reach.arm.start, reach.arm.start_gap, strict=strict)
+        return (*taking, *pouring_steps(reach, pour), *back)
+
+    def expected(self, task: ManipulationTask, plan: Plan) -> tuple[ManipulationTask, Plan]:
+        """Return task and plan without the target: the vessel is to stand again where it was."""
+        return replace(task, target=None), replace(plan, scene=replace(plan.scene, target=None))
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +152,17 @@ def find_pour(
         return Pour(carried(arm, grasp, lifted, q), tilting)
     _LOG.debug("no pour: %s", error)
     raise PlanningError(f"I cannot tilt the {what} over the {into}") from error
+
+
+def pouring_steps(reach: Reach, pour: Pour) -> tuple[Step, ...]:
+    """Return the steps from the lifted thing to over the target, tilting there, and upright again."""
+    arm, carrying = reach.arm, reach.arm.carrying(reach.grasp, frozenset())
+    pace = min(reach.carrying_pace, 0.6)
+    return (
+        move(arm, Stage.TRANSFERRING, (pour.over, carrying, pace), "to over the target"),
+        move(arm, Stage.TRANSFERRING, (pour.tilt, carrying, 0.5), "pouring"),
+        move(arm, Stage.TRANSFERRING, (pour.tilt[::-1], carrying, 0.7), "upright again"),
+    )
 
 
 def _ways(grasp: Grasp) -> Iterator[tuple[FloatArray, float, float]]:

@@ -6,19 +6,24 @@ Flat dishes go this way, whose weight no pinch of their edge can hold, and whate
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from scipy.spatial import cKDTree
+from uncom_common.primitive import Primitive
 
 from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError, RefusedError, UnreachableError
+from uncom_tiago_exec.grasping.place_poses import Destination, destination
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
-from uncom_tiago_exec.planning.plan import GripStep, Step
+from uncom_tiago_exec.planning.plan import GripStep, Plan, Step
 from uncom_tiago_exec.scene.object_shape import thin
 from uncom_tiago_exec.scene.obstacles import on_table
 from uncom_tiago_exec.scene.scene_model import SceneModel
-from uncom_tiago_exec.skills.pick_place_steps import end_at, move
+from uncom_tiago_exec.skills.motion_steps import end_at, move
+from uncom_tiago_exec.skills.skill import PlanRequest, Skill
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Side, Stage
 
 _GAP = 0.07  # [m] between the fingers at most
@@ -32,6 +37,49 @@ _ENOUGH = 2  # pushes of one arm that work
 _UP = (0.12, 0.08, 0.05)
 _BACK = (0.06, 0.03)  # [m] from what was pushed, which may have turned
 _OVER = 0.05  # [m] of the finger tips over what was pushed, before the arm turns away
+
+
+class PushSkill(Skill):
+    """Pushes an object over the table to its place."""
+
+    primitives: ClassVar[tuple[Primitive, ...]] = (Primitive.PUSH,)
+    relay_primitive: ClassVar[Primitive | None] = Primitive.PUSH
+
+    def destination(self, task: ManipulationTask, scene: SceneModel) -> Destination:
+        """Return where the object is to end.
+
+        Raises:
+            RefusedError: there is no place, or it is off the table.
+        """
+        return destination(task, scene.moved, scene.target)
+
+    def plan(self, request: PlanRequest) -> Plan:
+        """Plan the quickest push that works.
+
+        Raises:
+            RefusedError: it cannot be pushed there; the text says why.
+        """
+        return plan_push(request)
+
+
+def plan_push(request: PlanRequest) -> Plan:
+    """Plan to push the object to its destination.
+
+    Raises:
+        RefusedError: it cannot be pushed there; the text says why.
+    """
+    if request.goal is None:
+        raise RefusedError(f"I do not know where to push the {request.task.object_text or 'object'}")
+    error: ExecutionError = PlanningError("no push was found")
+    pushes = find_pushes(request.arms, request.scene, request.task, request.goal.xy)
+    for push, turned in ((push, turned) for turned in (True, True, False) for push in pushes):
+        try:
+            plan = Plan(push.arm.side, pushing_steps(push, turned=turned), request.scene, None, push.motion)
+        except ExecutionError as err:
+            error = err
+        else:
+            return replace(plan, timings_s={"push": time.thread_time() - request.began_s})
+    raise error
 
 
 @dataclass(frozen=True, slots=True)

@@ -57,11 +57,10 @@ def middle_places(task: ManipulationTask) -> list[FloatArray]:
     return found
 
 
-def to_middle(task: ManipulationTask, place: FloatArray) -> ManipulationTask:
-    """Return the first half: the thing to a place (2,) on the table."""
+def to_middle(task: ManipulationTask, place: FloatArray, primitive: Primitive = Primitive.PLACE) -> ManipulationTask:
+    """Return the first half: the thing to a place (2,) on the table, by a primitive."""
     height = task.table.height_m if task.table is not None else 0.0
     pose = upright(np.array([place[0], place[1], height]), 0.0)
-    primitive = Primitive.PUSH if task.primitive is Primitive.PUSH else Primitive.PLACE
     return replace(
         task, primitive=primitive, relation="none", target=None, target_pose=pose, target_text="", scene=_all(task)
     )

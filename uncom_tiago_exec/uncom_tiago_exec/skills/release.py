@@ -12,7 +12,7 @@ from uncom_tiago_exec.grasping.grasps import Grasp
 from uncom_tiago_exec.grasping.place_poses import Destination, Place, place_options
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.carry_planner import straight_over
-from uncom_tiago_exec.skills.pick_place_steps import Reach
+from uncom_tiago_exec.skills.reach import Reach
 
 _PLACES = 3  # ways to let go that work, to choose the nearest of
 _LOWERS = (0.1, 0.07, 0.04)

@@ -1,24 +1,48 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is done for the person to see: pointing at a thing, and holding one out."""
+"""Pointing at an object for the person to see which one is meant."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
+from uncom_common.primitive import Primitive
 
-from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError, UnreachableError
-from uncom_tiago_exec.grasping.grasps import Grasp
+from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, UnreachableError
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
-from uncom_tiago_exec.planning.carry_planner import carried
+from uncom_tiago_exec.planning.plan import GripStep, Plan, Step
 from uncom_tiago_exec.scene.scene_model import SceneModel
-from uncom_tiago_exec.types import FloatArray, Side
+from uncom_tiago_exec.skills.motion_steps import end_at, move
+from uncom_tiago_exec.skills.skill import ObjectEnd, PlanRequest, Skill
+from uncom_tiago_exec.types import FloatArray, ManipulationTask, Side, Stage
 
 _BEFORE = 0.07  # [m] between the finger tips and what they point at
 _PITCHES = np.radians([40.0, 55.0, 70.0, 25.0, 85.0])
 _YAWS = np.radians([0.0, 20.0, -20.0, 45.0, -45.0])
-_OUT = ((0.62, 0.18, 0.34), (0.56, 0.15, 0.3), (0.5, 0.2, 0.3), (0.56, 0.3, 0.25))  # ahead, aside, over the table [m]
-_TURNS = np.radians([0, 30, -30, 60, -60, 90, -90, 135, -135, 180])
+
+
+class PointSkill(Skill):
+    """Points at an object with closed fingers, and comes back."""
+
+    primitives: ClassVar[tuple[Primitive, ...]] = (Primitive.POINT,)
+    object_end: ClassVar[ObjectEnd] = ObjectEnd.UNTOUCHED
+
+    def plan(self, request: PlanRequest) -> Plan:
+        """Plan to point at the object, and to come back.
+
+        Raises:
+            RefusedError: no arm gets there.
+        """
+        arm, q = pointing(request.arms, request.scene)
+        plan = Plan(arm.side, pointing_steps(arm, q), request.scene)
+        return replace(plan, timings_s={"point": time.thread_time() - request.began_s})
+
+    def done_text(self, task: ManipulationTask, held: str) -> str:
+        """Return what the robot says."""
+        return f"that is the {task.object_text or task.object.label or 'object'}"
 
 
 def pointing(arms: Mapping[Side, ArmPlanner], scene: SceneModel) -> tuple[ArmPlanner, FloatArray]:
@@ -53,26 +77,16 @@ def _hands(arm: ArmPlanner, at: FloatArray) -> Iterator[FloatArray]:
             yield pose
 
 
-def held_out(arm: ArmPlanner, grasp: Grasp, lifted: FloatArray) -> FloatArray:
-    """Return the way (N, 8) from the lifted thing to where it is held out, upright, over the far half of the table.
-
-    Raises:
-        PlanningError: there is no room to hold it out.
-    """
-    carrying = arm.carrying(grasp, frozenset())
-    error: ExecutionError = PlanningError("there is no room to hold that out to you")
-    for ahead, aside, above in _OUT:
-        for turn in _TURNS:
-            pose = np.eye(4)
-            cos, sin = np.cos(turn), np.sin(turn)
-            pose[:3, :3] = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]) @ grasp.pose[:3, :3]
-            pose[:3, 3] = ahead, aside * _sign(arm), arm.scene.table_z + above + arm.scene.moved.height / 2.0
-            try:
-                goal = arm.solver.solutions(pose, [lifted, arm.start], carrying, restarts=0)[0]
-                return carried(arm, grasp, lifted, goal)
-            except (UnreachableError, InCollisionError, PlanningError) as err:
-                error = err
-    raise PlanningError("there is no room to hold that out to you") from error
+def pointing_steps(arm: ArmPlanner, q: FloatArray) -> tuple[Step, ...]:
+    """Return the steps to a configuration (8,) that points, and back."""
+    free = arm.free(0.0)
+    go = arm.transit(free, arm.group.clamp(arm.start), [q])
+    return (
+        GripStep(Stage.APPROACHING, 0.0, detail="closing the fingers"),
+        move(arm, Stage.APPROACHING, (go, free, 0.8), "pointing at it"),
+        move(arm, Stage.HOMING, (end_at(go[::-1], arm.start), free, 1.0), "back to the start"),
+        GripStep(Stage.HOMING, arm.start_gap, detail="fingers as before"),
+    )
 
 
 def _sign(arm: ArmPlanner) -> float:

@@ -1,63 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A grasp that works from start to end, and the steps that carry it out."""
+"""Joint paths as timed steps: taking an object, setting it down, and single motions."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from uncom_tiago_exec.collision.collision_checker import CollisionChecker
-from uncom_tiago_exec.grasping.grasps import Grasp
-from uncom_tiago_exec.grasping.place_poses import Place
 from uncom_tiago_exec.planning.arm_planner import TABLE_ONLY, ArmPlanner
 from uncom_tiago_exec.planning.carry_planner import carried
 from uncom_tiago_exec.planning.plan import GripStep, MoveStep, Step
-from uncom_tiago_exec.skills.point_and_give import held_out
-from uncom_tiago_exec.skills.pour import Pour
+from uncom_tiago_exec.skills.reach import Reach
 from uncom_tiago_exec.trajectory.rest_to_rest import shortest_time
 from uncom_tiago_exec.types import FloatArray, Stage
 
 _CONTACT = 0.05  # [rad, or m] joints that lag this far behind a slow motion are held up by something
-
-
-@dataclass(frozen=True, slots=True)
-class Reach:
-    """A grasp that works: joint paths for each straight part, and where it is let go."""
-
-    arm: ArmPlanner
-    grasp: Grasp
-    approach: FloatArray
-    lift: FloatArray
-    place: Place | None = None
-    lower: FloatArray | None = None
-    retreat: FloatArray | None = None
-    release_gap: float = 0.0
-    over: FloatArray | None = None  # from the lifted thing to above its place, where a straight way leads there
-
-    @property
-    def carrying_pace(self) -> float:
-        """Share of the full pace at which the thing is carried: doubtful grasps and long pendulums are not shaken."""
-        pads = self.grasp.pose[2, 3] + self.arm.group.gripper.tip * self.grasp.approach[2]
-        lever = abs(float(pads - self.arm.scene.moved.middle[2]))
-        swing = 1.0 / (1.0 + 8.0 * max(0.0, lever - 0.03))
-        return float(np.clip((0.35 + 0.7 * self.grasp.quality) * swing, 0.45, 0.9))
-
-    def hop(self) -> float:
-        """Rough time from the lifted thing to above its place [s]."""
-        if self.lower is None:
-            return 0.0
-        way = np.vstack([self.lift[-1], self.lower[0]]) if self.over is None else self.over
-        return float((np.abs(np.diff(way, axis=0)) / self.arm.limits.velocity).max(axis=1).sum())
-
-    def cost(self) -> float:
-        """Rough time of the free motions, dearer for doubtful grasps: what is lost costs more than a way [s]."""
-        speed = self.arm.limits.velocity
-        hops = [(self.arm.start, self.approach[0])]
-        if self.lower is not None and self.retreat is not None:
-            hops += [(self.lift[-1], self.lower[0]), (self.retreat[-1], self.arm.start)]
-        motion = sum(float((np.abs(b - a) / speed).max()) for a, b in hops)
-        return float((motion + 3.0) / max(self.grasp.quality, 0.05) ** 1.5)
 
 
 def taking_steps(reach: Reach) -> tuple[Step, ...]:
@@ -73,37 +31,6 @@ def taking_steps(reach: Reach) -> tuple[Step, ...]:
         move(arm, Stage.APPROACHING, (reach.approach, reaching, 0.8), "straight in"),
         GripStep(Stage.GRASPING, max(0.0, grasp.width - 0.02), holding=True, detail="closing the fingers"),
         move(arm, Stage.LIFTING, (reach.lift, lifting, min(reach.carrying_pace, 0.75)), "straight up"),
-    )
-
-
-def giving_steps(reach: Reach) -> tuple[Step, ...]:
-    """Return the step that holds the lifted thing out; the arm stays there."""
-    arm, grasp = reach.arm, reach.grasp
-    way = held_out(arm, grasp, reach.lift[-1])
-    carrying = arm.carrying(grasp, frozenset())
-    return (move(arm, Stage.TRANSFERRING, (way, carrying, min(reach.carrying_pace, 0.8)), "holding it out"),)
-
-
-def pointing_steps(arm: ArmPlanner, q: FloatArray) -> tuple[Step, ...]:
-    """Return the steps to a configuration (8,) that points, and back."""
-    free = arm.free(0.0)
-    go = arm.transit(free, arm.group.clamp(arm.start), [q])
-    return (
-        GripStep(Stage.APPROACHING, 0.0, detail="closing the fingers"),
-        move(arm, Stage.APPROACHING, (go, free, 0.8), "pointing at it"),
-        move(arm, Stage.HOMING, (end_at(go[::-1], arm.start), free, 1.0), "back to the start"),
-        GripStep(Stage.HOMING, arm.start_gap, detail="fingers as before"),
-    )
-
-
-def pouring_steps(reach: Reach, pour: Pour) -> tuple[Step, ...]:
-    """Return the steps from the lifted thing to over the target, tilting there, and upright again."""
-    arm, carrying = reach.arm, reach.arm.carrying(reach.grasp, frozenset())
-    pace = min(reach.carrying_pace, 0.6)
-    return (
-        move(arm, Stage.TRANSFERRING, (pour.over, carrying, pace), "to over the target"),
-        move(arm, Stage.TRANSFERRING, (pour.tilt, carrying, 0.5), "pouring"),
-        move(arm, Stage.TRANSFERRING, (pour.tilt[::-1], carrying, 0.7), "upright again"),
     )
 
 

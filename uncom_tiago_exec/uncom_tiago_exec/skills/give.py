@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Giving: the object is taken and held out to the person."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from uncom_common.primitive import Primitive
+
+from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError, UnreachableError
+from uncom_tiago_exec.grasping.grasps import Grasp
+from uncom_tiago_exec.planning.arm_planner import ArmPlanner
+from uncom_tiago_exec.planning.carry_planner import carried
+from uncom_tiago_exec.planning.plan import Step
+from uncom_tiago_exec.skills.grasping_skill import GraspingSkill
+from uncom_tiago_exec.skills.motion_steps import move, taking_steps
+from uncom_tiago_exec.skills.reach import Reach
+from uncom_tiago_exec.skills.skill import ObjectEnd
+from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage
+
+_OUT = ((0.62, 0.18, 0.34), (0.56, 0.15, 0.3), (0.5, 0.2, 0.3), (0.56, 0.3, 0.25))  # ahead, aside, over the table [m]
+_TURNS = np.radians([0, 30, -30, 60, -60, 90, -90, 135, -135, 180])
+
+
+class GiveSkill(GraspingSkill):
+    """Takes an object and holds it out, upright, over the far half of the table."""
+
+    primitives: ClassVar[tuple[Primitive, ...]] = (Primitive.GIVE,)
+    object_end: ClassVar[ObjectEnd] = ObjectEnd.IN_HAND
+
+    def steps(self, reach: Reach, task: ManipulationTask, *, strict: bool) -> tuple[Step, ...]:
+        """Return the steps to the lifted object, and to where it is held out; the arm stays there."""
+        taking = taking_steps(reach)
+        arm, grasp = reach.arm, reach.grasp
+        path = held_out(arm, grasp, reach.lift[-1])
+        carrying = arm.carrying(grasp, frozenset())
+        pace = min(reach.carrying_pace, 0.8)
+        return (*taking, move(arm, Stage.TRANSFERRING, (path, carrying, pace), "holding it out"))
+
+    def done_text(self, task: ManipulationTask, held: str) -> str:
+        """Return what the robot says."""
+        return f"here is the {held}"
+
+
+def held_out(arm: ArmPlanner, grasp: Grasp, lifted: FloatArray) -> FloatArray:
+    """Return the path (N, 8) from the lifted object (8,) to where it is held out, upright, over the table's far half.
+
+    Raises:
+        PlanningError: there is no room to hold it out.
+    """
+    carrying = arm.carrying(grasp, frozenset())
+    sign = 1.0 if arm.side == "left" else -1.0
+    error: ExecutionError = PlanningError("there is no room to hold that out to you")
+    for ahead, aside, above in _OUT:
+        for turn in _TURNS:
+            pose = np.eye(4)
+            cos, sin = np.cos(turn), np.sin(turn)
+            pose[:3, :3] = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]) @ grasp.pose[:3, :3]
+            pose[:3, 3] = ahead, aside * sign, arm.scene.table_z + above + arm.scene.moved.height / 2.0
+            try:
+                goal = arm.solver.solutions(pose, [lifted, arm.start], carrying, restarts=0)[0]
+                return carried(arm, grasp, lifted, goal)
+            except (UnreachableError, InCollisionError, PlanningError) as err:
+                error = err
+    raise PlanningError("there is no room to hold that out to you") from error

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The search for grasps that work from start to end."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections import Counter
+from collections.abc import Sequence
+
+from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError, UnreachableError
+from uncom_tiago_exec.grasping.grasps import Grasp
+from uncom_tiago_exec.grasping.place_poses import Destination
+from uncom_tiago_exec.planning.arm_planner import TABLE_ONLY, ArmPlanner
+from uncom_tiago_exec.skills.grasp_ordering import failure_of, refusal, same_grasp
+from uncom_tiago_exec.skills.reach import Reach
+from uncom_tiago_exec.skills.release import let_go
+from uncom_tiago_exec.skills.skill import PlanRequest
+from uncom_tiago_exec.types import FloatArray, Side
+
+_LOG = logging.getLogger(__name__)
+_ENOUGH = 3  # grasps that work, to choose the quickest of
+_LIFTS: tuple[float, ...] = (0.12, 0.08, 0.05)
+_CLEAR: tuple[float, ...] = (0.12, 0.1, 0.08)  # of what is only to be held
+_HIGHER = (2.5, 2.1, 1.7)  # radii of wide dishes that are to be held: they hang down from their edge
+_WIDE = 0.06  # [m] radius of such a dish
+
+
+def search_grasps(ordered: Sequence[tuple[ArmPlanner, Grasp]], request: PlanRequest) -> list[Reach]:
+    """Return the first few grasps that work from start to end, cheapest first.
+
+    Raises:
+        RefusedError: none does; the text says what most of them failed by.
+    """
+    deadline = time.thread_time() + request.config.planning_time_s  # a busy machine gets the same search
+    found: list[Reach] = []
+    failures: Counter[str] = Counter()
+    for effort in (0, 2):  # a quick look at different ones, then a thorough one at all of them
+        missed: list[tuple[Side, FloatArray]] = []
+        for arm, grasp in ordered:
+            if time.thread_time() > deadline or len(found) >= _ENOUGH:
+                break
+            if effort == 0 and any(side == arm.side and same_grasp(grasp.pose, pose) for side, pose in missed):
+                continue
+            try:
+                found.append(_reach(arm, grasp, request.goal, effort))
+            except ExecutionError as error:
+                failures[failure_of(error)] += 1
+                missed.append((arm.side, grasp.pose))
+        if found:
+            break
+    _LOG.debug("grasps that work: %d; others failed by %s", len(found), dict(failures))
+    if not found:
+        raise refusal(failures, request.task)
+    return sorted(found, key=lambda reach: reach.cost())
+
+
+def _reach(arm: ArmPlanner, grasp: Grasp, goal: Destination | None, effort: int) -> Reach:
+    """Plan the straight paths of a grasp: in, up, and where there is a destination down and out there.
+
+    Raises:
+        UnreachableError: of "object" or "place".
+        InCollisionError, PlanningError: something is in the way of a straight path.
+    """
+    reaching = arm.reaching(grasp.opening)
+    seeds = [arm.start] if arm.hint is None else [arm.hint, arm.start]
+    try:
+        solutions = arm.solver.solutions(grasp.pose, seeds, reaching, count=2 + 2 * effort, restarts=effort)
+    except UnreachableError as error:
+        raise UnreachableError("object") from error
+    failure: ExecutionError = PlanningError("no straight way to the object")
+    for q in solutions:
+        try:
+            approach = arm.straight(reaching, q, -grasp.retreat * grasp.approach)[::-1]
+            lift = arm.lift_height(arm.carrying(grasp, TABLE_ONLY), q, _lift_heights(arm, goal))
+            taken = Reach(arm, grasp, approach, lift)
+            reach = taken if goal is None else let_go(arm, grasp, goal, taken, effort)
+        except (InCollisionError, PlanningError) as err:
+            failure = err
+            continue
+        arm.hint = q
+        return reach
+    raise failure
+
+
+def _lift_heights(arm: ArmPlanner, goal: Destination | None) -> tuple[float, ...]:
+    """Return the heights to lift to [m], highest first; what is only to be held is lifted clear of everything."""
+    rim = arm.scene.moved.rim
+    if goal is not None:
+        return _LIFTS
+    if rim is not None and rim.radius > _WIDE:
+        return tuple(share * rim.radius for share in _HIGHER)
+    return _CLEAR
