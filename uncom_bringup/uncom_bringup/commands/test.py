@@ -15,15 +15,17 @@ from uncom_bringup import output
 from uncom_bringup.command_options import SubParsers
 from uncom_bringup.exceptions import BadInputError
 
-_FOLDERS = (
+_ROBOT_PACKAGES = (
     "uncom_common",
     "uncom_language",
     "uncom_perception",
     "uncom_reasoner",
     "uncom_tiago_exec",
     "uncom_bringup",
-    "sim",
 )
+_FOLDERS = (*_ROBOT_PACKAGES, "sim")
+# First on the path, it makes every import of the simulator fail.
+_WITHOUT_SIMULATOR = Path("test") / "without_simulator"
 _LIMIT_S = 1500
 
 
@@ -33,17 +35,23 @@ class Check:
 
     name: str
     command: tuple[str, ...]
+    without_simulator: bool = False
 
 
 def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     """Add the command."""
     parser = subparsers.add_parser("test", help="all checks that CI runs: ruff, mypy, the tests of every package")
     parser.add_argument("--all", action="store_true", help="also the tests marked slow (some 15 minutes more)")
+    parser.add_argument(
+        "--without-unit-tests",
+        action="store_true",
+        help="without the tests of the packages that run on a robot, which colcon test runs as well",
+    )
     parser.add_argument("packages", nargs="*", metavar="PACKAGE", help="only these folders (default: all)")
     parser.set_defaults(run=run)
 
 
-def checks(root: Path, folders: tuple[str, ...], everything: bool) -> list[Check]:
+def checks(root: Path, folders: tuple[str, ...], *, everything: bool = False, unit_tests: bool = True) -> list[Check]:
     """List the checks, cheapest first."""
     python = sys.executable
     packages = tuple(folder for folder in folders if folder != "test")
@@ -56,9 +64,13 @@ def checks(root: Path, folders: tuple[str, ...], everything: bool) -> list[Check
         found.append(Check("types (mypy --strict)", (python, "-m", "mypy", *sources)))
     marker = () if everything else ("-m", "not slow")
     for folder in folders:
+        on_robot = folder in _ROBOT_PACKAGES
+        if on_robot and not unit_tests:
+            continue
         tests = folder if folder == "test" else f"{folder}/test"
         if (root / tests).is_dir():
-            found.append(Check(f"tests of {folder}", (python, "-m", "pytest", "-q", "--no-header", *marker, tests)))
+            command = (python, "-m", "pytest", "-q", "--no-header", *marker, tests)
+            found.append(Check(f"tests of {folder}", command, without_simulator=on_robot))
     return found
 
 
@@ -73,7 +85,8 @@ def run(options: argparse.Namespace) -> int:
     for package in options.packages:
         if package not in known:
             raise BadInputError(f"no folder {package!r} to test; there are {', '.join(known)}")
-    todo = checks(root, tuple(options.packages) or known, options.all)
+    folders = tuple(options.packages) or known
+    todo = checks(root, folders, everything=options.all, unit_tests=not options.without_unit_tests)
     failed = []
     begin = time.monotonic()
     for number, check in enumerate(todo, start=1):
@@ -93,9 +106,13 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _run(check: Check, root: Path) -> bool:
+    environment = dict(os.environ)
+    if check.without_simulator:
+        paths = (str(root / _WITHOUT_SIMULATOR), environment.get("PYTHONPATH", ""))
+        environment["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
     try:
         # pytest says 5 for "no tests": that is not success.
-        return subprocess.run(check.command, cwd=root, check=False, timeout=_LIMIT_S).returncode == 0  # noqa: S603
+        return subprocess.run(check.command, cwd=root, env=environment, check=False, timeout=_LIMIT_S).returncode == 0  # noqa: S603
     except subprocess.TimeoutExpired:
         output.note(f"{check.name} took longer than {_LIMIT_S} s")
         return False
