@@ -11,11 +11,11 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from uncom_sim.bench_understanding.takes.casting import plan_take
+from uncom_sim.bench_understanding.ros.take_bag import write_bag
 from uncom_sim.bench_understanding.takes.scenarios import scenario
-from uncom_sim.bench_understanding.takes.studio import make_take
-from uncom_sim.bench_understanding.takes.values import TakePlan
-from uncom_sim.ros.take_bag import write_bag
+from uncom_sim.bench_understanding.takes.take_planning import plan_take
+from uncom_sim.bench_understanding.takes.take_synthesis import make_take
+from uncom_sim.bench_understanding.takes.types import TakePlan
 
 SEED = 5
 # Name: scenario of the benchmark, number of the take.

@@ -6,7 +6,7 @@ Run it with: ./uncom exec python examples/01_inverse_kinematics.py
 
 import numpy as np
 from uncom_sim.robot.description import tiago_urdf
-from uncom_sim.robot.names import home_positions
+from uncom_sim.robot.joint_names import home_positions
 from uncom_tiago_exec.kinematics.ik_solver import IkSolver
 from uncom_tiago_exec.robot.robot_model import RobotModel
 

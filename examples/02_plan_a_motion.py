@@ -7,7 +7,7 @@ Run it with: ./uncom exec python examples/02_plan_a_motion.py
 import numpy as np
 from uncom_sim.bench_planning.scenes import tabletop_solids
 from uncom_sim.robot.description import tiago_urdf
-from uncom_sim.robot.names import home_positions
+from uncom_sim.robot.joint_names import home_positions
 from uncom_tiago_exec.collision.collision_checker import CollisionChecker
 from uncom_tiago_exec.kinematics.ik_solver import IkSolver
 from uncom_tiago_exec.planning.joint_planner import JointPlanner

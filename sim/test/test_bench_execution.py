@@ -7,15 +7,15 @@ from uncom_sim.bench_execution.cases import RELATIONS, asked_relations, make_cas
 from uncom_sim.bench_execution.run import summary
 from uncom_sim.objects.catalogue import KINDS
 from uncom_sim.objects.footprint import outline
-from uncom_sim.scoring.scoring import judge
-from uncom_sim.world.scene_variation import everything_in_sight
+from uncom_sim.scoring.end_state import judge
+from uncom_sim.world.scene_variation import all_visible
 
 
 @pytest.mark.parametrize("number", [1, 4, 8, 14, 19, 25])
 def test_a_case_is_seen_whole_and_its_place_is_free(number):
     case = make_case(number, seed=2)
     assert case.kind == KINDS[number % len(KINDS)]
-    assert everything_in_sight(case.scene)
+    assert all_visible(case.scene)
     if case.place is not None:
         others = [outline(o) for o in case.scene.objects if o.id != case.meaning.object]
         assert all(shape.distance(shapely.Point(case.place)) > 0.02 for shape in others)

@@ -5,14 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from uncom_sim.bench_execution import in_a_row as bench_in_a_row
-from uncom_sim.bench_execution.in_a_row import Turn, resident_mb, run_in_a_row, summary_in_a_row, table
-from uncom_sim.bench_execution.next_command import next_command, random_scene
+from uncom_sim.bench_execution import consecutive_commands
+from uncom_sim.bench_execution.command_generation import next_command, random_scene
+from uncom_sim.bench_execution.consecutive_commands import (
+    CommandResult,
+    resident_mb,
+    run_consecutive_commands,
+    summarise_commands,
+    table,
+)
 from uncom_sim.exceptions import SceneError
 from uncom_sim.objects.catalogue import model
 from uncom_sim.objects.footprint import outline
 from uncom_sim.types import ObjectState
-from uncom_sim.world.scene_variation import everything_in_sight
+from uncom_sim.world.scene_variation import all_visible
 
 
 def world_states(scene, height=0.75):
@@ -26,11 +32,13 @@ def world_states(scene, height=0.75):
 
 
 def test_memory_is_counted_from_after_the_warm_up_and_trouble_as_the_longest_run_of_failures():
-    turns = [
-        Turn("x", number not in (3, 4, 20), 0.001 * number, 0.0, 100.0 + number, 0.03 * (number == 7), number == 3)
+    results = [
+        CommandResult(
+            "x", number not in (3, 4, 20), 0.001 * number, 0.0, 100.0 + number, 0.03 * (number == 7), number == 3
+        )
         for number in range(30)
     ]
-    total = summary_in_a_row(turns)
+    total = summarise_commands(results)
     assert (total["commands"], total["succeeded"], total["in_trouble"]) == (30, 27, 2)
     assert (total["refused"], total["bystanders_moved"], len(total["failures"])) == (1, 1, 3)
     assert total["rss_growth_mb"] == pytest.approx(10.0)
@@ -50,13 +58,13 @@ def test_what_was_measured_is_told_even_if_there_is_no_further_command(monkeypat
             raise SceneError("no room is left")
         return next_command(*args)
 
-    monkeypatch.setattr(bench_in_a_row, "next_command", once)
-    total = run_in_a_row(5, 3)
+    monkeypatch.setattr(consecutive_commands, "next_command", once)
+    total = run_consecutive_commands(5, 3)
     assert total["commands"] == 1
     assert "no room is left" in total["ended"]
     drawn.append(())
     with pytest.raises(SceneError, match="no room is left"):
-        run_in_a_row(5, 3)
+        run_consecutive_commands(5, 3)
 
 
 def test_commands_are_drawn_for_what_stands_there_and_for_what_is_held():
@@ -72,7 +80,7 @@ def test_commands_are_drawn_for_what_stands_there_and_for_what_is_held():
             moved = replace(thing, x=case.place[0], y=case.place[1])
             rest = [other for other in scene.objects if other.id != thing.id]
             assert all(outline(moved).distance(outline(other)) > 0.035 for other in rest)
-            assert everything_in_sight(replace(scene, objects=(*rest, moved)))
+            assert all_visible(replace(scene, objects=(*rest, moved)))
     held = [next_command(number, states, scene, rng, "o2") for number in range(10)]
     assert all((case.meaning.object, case.primitive) == ("o2", "place") for case in held)
 
@@ -81,7 +89,7 @@ def test_a_thing_that_is_half_out_of_the_picture_leaves_places_for_the_others():
     rng = np.random.default_rng(6)
     scene = random_scene(("can", "box"), rng)
     scene = replace(scene, objects=(scene.objects[0], replace(scene.objects[1], x=0.56, y=0.44)))
-    assert not everything_in_sight(scene)
+    assert not all_visible(scene)
     assert next_command(0, world_states(scene), scene, rng, "o0").place is not None
 
 
@@ -103,7 +111,7 @@ def test_resident_memory_grows_with_what_is_kept():
 @pytest.mark.slow
 @pytest.mark.timeout(3000)
 def test_a_hundred_commands_in_a_row_leak_nothing_and_end_at_the_start_pose():
-    total = run_in_a_row(100, 7)
+    total = run_consecutive_commands(100, 7)
     assert total["succeeded"] >= 95, total["failures"]
     assert total["in_trouble"] <= 2
     assert total["home_error_max"] < 0.02

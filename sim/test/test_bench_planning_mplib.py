@@ -15,7 +15,7 @@ from uncom_sim.bench_planning.peer_mplib import PYTHON, judged, run_mplib, srdf,
 from uncom_sim.bench_planning.problems import locked_urdf
 from uncom_sim.exceptions import WorkerError
 from uncom_sim.robot.description import tiago_urdf
-from uncom_sim.robot.names import home_positions
+from uncom_sim.robot.joint_names import home_positions
 from uncom_tiago_exec.robot.joint_names import group_joints
 from uncom_tiago_exec.robot.robot_model import RobotModel
 

@@ -12,7 +12,7 @@ from uncom_perception.types import Box, Detection, Geometry
 from uncom_reasoner.types import GroundedCommand, GroundedTarget, Status, TargetKind
 from uncom_sim.bench_understanding.judging.statistics import quantile, wilson
 from uncom_sim.bench_understanding.judging.verdict import judge, place_fits
-from uncom_sim.bench_understanding.takes.values import Conditions, TakePlan
+from uncom_sim.bench_understanding.takes.types import Conditions, TakePlan
 from uncom_sim.objects.catalogue import model
 from uncom_sim.types import Meaning, ObjectState, Scene, SceneObject, Table
 

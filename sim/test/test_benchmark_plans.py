@@ -6,13 +6,13 @@ from __future__ import annotations
 from itertools import combinations
 
 import pytest
-from uncom_sim.bench_understanding.takes.casting import plan_take, plan_takes
 from uncom_sim.bench_understanding.takes.scenarios import scenario, scenarios
-from uncom_sim.bench_understanding.takes.values import SUBJECTS
+from uncom_sim.bench_understanding.takes.take_planning import plan_take, plan_takes
+from uncom_sim.bench_understanding.takes.types import SUBJECTS
 from uncom_sim.exceptions import SceneError
 from uncom_sim.objects.footprint import outline
 from uncom_sim.person.phrases import find_phrases
-from uncom_sim.world.scene_variation import everything_in_sight
+from uncom_sim.world.scene_variation import all_visible
 
 AUTHORS = (11, 9, 7, 7, 6, 7, 1, 7, 10, 9, 6, 6, 7, 6, 10, 5, 8, 8, 5, 10, 8, 6)
 
@@ -75,7 +75,7 @@ def test_fewer_takes_are_spread_over_the_scenarios():
 
 def test_everything_is_in_sight_and_apart(plans):
     for plan in plans:
-        assert everything_in_sight(plan.scene), plan.name
+        assert all_visible(plan.scene), plan.name
         shapes = [outline(thing) for thing in plan.scene.objects]
         assert all(a.distance(b) > 0.04 for a, b in combinations(shapes, 2)), plan.name
 

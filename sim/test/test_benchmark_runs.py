@@ -14,12 +14,12 @@ from uncom_bringup.ros.understand_recording import understand_in_process
 from uncom_common.conversions import primitive_to_msg
 from uncom_sim.bench_understanding import run as benchmark
 from uncom_sim.bench_understanding.judging.outcome import Outcome
-from uncom_sim.bench_understanding.takes.casting import plan_take, plan_takes
+from uncom_sim.bench_understanding.ros.take_bag import write_bag
 from uncom_sim.bench_understanding.takes.scenarios import scenario
-from uncom_sim.bench_understanding.takes.values import Conditions
+from uncom_sim.bench_understanding.takes.take_planning import plan_take, plan_takes
+from uncom_sim.bench_understanding.takes.types import Conditions
 from uncom_sim.bench_understanding.worker import Task, Worker, WorkerOptions, first_command, run_take
 from uncom_sim.cluster.task_pool import PoolOptions, TaskPool
-from uncom_sim.ros.take_bag import write_bag
 
 DOMAIN = 91
 
@@ -129,11 +129,11 @@ def test_a_run_leaves_its_report_and_one_that_was_interrupted_goes_on(cache, tmp
     assert "<html" in (tmp_path / "index.html").read_text()
     known = Outcome.from_dict(json.loads((tmp_path / "takes.jsonl").read_text()))
 
-    class Interrupted(benchmark.Journal):
+    class Interrupted(benchmark.RunCheckpoint):
         def outcomes(self):
             return {known.take: known}
 
-    monkeypatch.setattr(benchmark, "Journal", Interrupted)
+    monkeypatch.setattr(benchmark, "RunCheckpoint", Interrupted)
     monkeypatch.setattr(benchmark.TaskPool, "run", _nothing_is_left_to_run)
     again = benchmark.run_benchmark(options)
     assert again.report["right"] == first.report["right"]

@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 from uncom_bringup.bags.bag_reader import BagReader
 from uncom_bringup.bags.image_codec import decode_colour
+from uncom_sim.bench_understanding.judging.ground_truth_scene import true_scene
 from uncom_sim.bench_understanding.judging.outcome import Outcome
-from uncom_sim.bench_understanding.judging.truth_scene import true_scene
 from uncom_sim.bench_understanding.judging.verdict import judge
-from uncom_sim.bench_understanding.reporting.journal import Journal
+from uncom_sim.bench_understanding.reporting.checkpoint import RunCheckpoint
 from uncom_sim.bench_understanding.reporting.miss_pictures import camera_pose
-from uncom_sim.bench_understanding.takes.casting import plan_take
+from uncom_sim.bench_understanding.ros.take_bag import write_bag
 from uncom_sim.bench_understanding.takes.recording import load_take, save_take
 from uncom_sim.bench_understanding.takes.scenarios import scenario
-from uncom_sim.bench_understanding.takes.studio import RATE_HZ, generator_version, make_take
+from uncom_sim.bench_understanding.takes.take_planning import plan_take
+from uncom_sim.bench_understanding.takes.take_synthesis import RATE_HZ, generator_version, make_take
 from uncom_sim.exceptions import SimError
 from uncom_sim.person.voice import speak
-from uncom_sim.ros.take_bag import write_bag
 
 PLAN = plan_take(scenario(3), 0, 9)
 
@@ -133,10 +133,10 @@ def test_the_generators_version_is_the_same_in_every_call():
 
 def test_a_journal_knows_what_an_interrupted_run_has_done(tmp_path):
     outcome = Outcome("s01t00seed0", 1, 0, 0, "plain", {}, "a", "a", {}, {}, right=True, why="")
-    journal = Journal(tmp_path, {"takes": ["a"]})
-    journal.add(outcome)
+    checkpoint = RunCheckpoint(tmp_path, {"takes": ["a"]})
+    checkpoint.add(outcome)
     with next((tmp_path / "runs").iterdir()).open("a") as file:
         file.write('{"take": "s01t0')  # cut off while it was written
-    assert Journal(tmp_path, {"takes": ["a"]}).outcomes() == {"s01t00seed0": outcome}
-    assert Journal(tmp_path, {"takes": ["b"]}).outcomes() == {}
-    assert Journal(tmp_path, {"takes": ["a"]}, fresh=True).outcomes() == {}
+    assert RunCheckpoint(tmp_path, {"takes": ["a"]}).outcomes() == {"s01t00seed0": outcome}
+    assert RunCheckpoint(tmp_path, {"takes": ["b"]}).outcomes() == {}
+    assert RunCheckpoint(tmp_path, {"takes": ["a"]}, fresh=True).outcomes() == {}

@@ -8,7 +8,7 @@ from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import invert
 from uncom_sim.camera.noise import CameraNoise, NoisyCamera
 from uncom_sim.camera.rasteriser import Rasteriser
-from uncom_sim.camera.stage import Stage
+from uncom_sim.camera.render_scene import RenderScene
 from uncom_sim.camera.surfaces import from_bullet
 from uncom_sim.camera.views import HEAD_CAMERA, look_at, overview_camera
 from uncom_sim.types import Light
@@ -32,10 +32,10 @@ def _body(client, kind, place, colour, turn=(0, 0, 0, 1), **size):
 
 def _draw(client, camera, pose, *, shadows=False):
     bodies = [pybullet.getBodyUniqueId(i, physicsClientId=client) for i in range(pybullet.getNumBodies(client))]
-    stage = Stage(client, [surface for body in bodies for surface in from_bullet(client, body)])
-    stage.update(LAMP.direction)
-    rasteriser = Rasteriser(stage, (0.8, 0.0, 0.7), stage.faces())
-    return rasteriser.render(camera, pose, LAMP, stage.faces(), shadows=shadows)
+    render_scene = RenderScene(client, [surface for body in bodies for surface in from_bullet(client, body)])
+    render_scene.update(LAMP.direction)
+    rasteriser = Rasteriser(render_scene, (0.8, 0.0, 0.7), render_scene.faces())
+    return rasteriser.render(camera, pose, LAMP, render_scene.faces(), shadows=shadows)
 
 
 def _pybullets_depth(client, camera, pose, near=0.05, far=12.0):
@@ -119,13 +119,13 @@ def test_shadows_darken_what_the_lamp_does_not_see_and_nothing_else(client):
 
 def test_moving_a_body_moves_its_picture(client):
     box = _body(client, pybullet.GEOM_BOX, (0.8, 0.1, 0.7), (0, 1, 0), halfExtents=[0.03, 0.03, 0.03])
-    stage = Stage(client, from_bullet(client, box))
-    rasteriser = Rasteriser(stage, (0.8, 0.0, 0.7), stage.faces())
+    render_scene = RenderScene(client, from_bullet(client, box))
+    rasteriser = Rasteriser(render_scene, (0.8, 0.0, 0.7), render_scene.faces())
     places = []
     for y in (0.1, 0.2):
         pybullet.resetBasePositionAndOrientation(box, (0.8, y, 0.7), (0, 0, 0, 1), physicsClientId=client)
-        stage.update(LAMP.direction)
-        _, depth = rasteriser.render(HEAD_CAMERA, POSE, LAMP, stage.faces(), shadows=True)
+        render_scene.update(LAMP.direction)
+        _, depth = rasteriser.render(HEAD_CAMERA, POSE, LAMP, render_scene.faces(), shadows=True)
         places.append(np.nonzero(np.isfinite(depth))[1].mean())
     assert places[1] < places[0] - 30, "left of the robot is left in the picture"
 

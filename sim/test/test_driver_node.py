@@ -37,8 +37,8 @@ from uncom_common.conversions import (
 from uncom_common.exceptions import InvalidConfigError
 from uncom_common.transforms import TransformBuffer
 from uncom_sim.camera.views import HEAD_CAMERA
-from uncom_sim.driver.conversions import trajectory_from_msg, trajectory_to_msg
 from uncom_sim.driver.driver_config import DriverConfig
+from uncom_sim.driver.ros.conversions import trajectory_from_msg, trajectory_to_msg
 from uncom_sim.driver_node import DriverNode
 from uncom_sim.exceptions import SceneError
 

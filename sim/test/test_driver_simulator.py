@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from uncom_sim.camera.views import HEAD_CAMERA
 from uncom_sim.controllers.trajectory import Trajectory, Waypoint
-from uncom_sim.driver.real_time_pace import Schedule
+from uncom_sim.driver.real_time import PeriodicSchedule
 from uncom_sim.robot.description import CAMERA_FRAME
 from uncom_sim.world.microphone import SAMPLE_RATE_HZ, Microphone
 from uncom_sim.world.scene_file import scene_from_dict
@@ -125,7 +125,7 @@ def test_the_microphone_hears_a_quiet_room_then_the_voice_without_a_gap():
 
 
 def test_a_schedule_keeps_its_rate_and_can_change_it():
-    schedule, fired = Schedule(8.0, 10.0), []
+    schedule, fired = PeriodicSchedule(8.0, 10.0), []
     for i in range(480):
         now = 10.0 + i / 240.0
         if i == 240:

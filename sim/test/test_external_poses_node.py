@@ -24,7 +24,7 @@ from uncom_common.transforms import StampedTransform, invert
 from uncom_perception.conversions import models_from_msg, scene_from_response
 from uncom_perception.detection_node import DetectionNode
 from uncom_sim.camera.views import HEAD_CAMERA
-from uncom_sim.driver.conversions import sim_state_to_msg
+from uncom_sim.driver.ros.conversions import sim_state_to_msg
 from uncom_sim.external_poses_node import ExternalPosesNode
 from uncom_sim.objects.catalogue import KINDS, model, natural_colour
 from uncom_sim.pose_estimator.pose_estimator import mesh_of

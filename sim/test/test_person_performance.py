@@ -6,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from uncom_sim.exceptions import VoiceError
-from uncom_sim.person.hand import INDEX_BASE, INDEX_TIP, build_hand
-from uncom_sim.person.performance import rehearse
+from uncom_sim.person.behaviour import plan_behaviour
+from uncom_sim.person.hand_model import INDEX_BASE, INDEX_TIP, build_hand
+from uncom_sim.person.hand_placement import Obstacle, robot_viewpoint
 from uncom_sim.person.phrases import find_phrases
-from uncom_sim.person.placement import Obstacle, looking_robot
 from uncom_sim.person.voice import RATE_HZ, VOICES, speak
 from uncom_sim.types import PersonOptions, Table
 
@@ -21,7 +21,7 @@ SAY = "take the lemon and put it in this bowl"
 
 def _perform(say=SAY, seed=0, targets=None, **options):
     pointed = {"object": LEMON, "target": BOWL} if targets is None else targets
-    return rehearse(say, pointed, OBSTACLES, TABLE, PersonOptions(**options), np.random.default_rng(seed))
+    return plan_behaviour(say, pointed, OBSTACLES, TABLE, PersonOptions(**options), np.random.default_rng(seed))
 
 
 def _ray(person, t_s):
@@ -73,7 +73,7 @@ def test_the_hand_comes_after_the_start_and_is_gone_at_the_end():
     assert person.hand_at(0.0) is None
     assert person.hand_at(0.45) is None
     assert person.hand_at(person.duration_s - 0.5) is None
-    camera = looking_robot()
+    camera = robot_viewpoint()
     for move, at in ((person.moves[0], "start"), (person.moves[-1], "end")):
         pose = getattr(move, at)
         pixels = camera.pixels(person.hand.joints @ pose[:3, :3].T + pose[:3, 3])
@@ -111,9 +111,9 @@ def test_a_person_pauses_rather_than_point_too_late():
 def test_the_same_seed_gives_the_same_person_and_another_gives_another():
     a, b, c = _perform(seed=4), _perform(seed=4), _perform(seed=5)
     assert np.array_equal(a.samples, b.samples)
-    assert a.traits == b.traits
-    assert a.traits != c.traits
-    assert _perform(seed=5, hand="left", voice="en-us").traits.hand == "left"
+    assert a.attributes == b.attributes
+    assert a.attributes != c.attributes
+    assert _perform(seed=5, hand="left", voice="en-us").attributes.hand == "left"
 
 
 def test_the_sound_lasts_as_long_as_the_performance_and_holds_the_words():

@@ -10,8 +10,8 @@ import pybullet
 import pytest
 from uncom_common.transforms import invert, matrix_from_pose, pose_from_matrix
 from uncom_sim.robot.description import tiago_urdf
+from uncom_sim.robot.joint_names import ACTUATED, ARMS, FINGERS, HOME_ARM
 from uncom_sim.robot.kinematics import FrameTree, Kinematics
-from uncom_sim.robot.names import ACTUATED, ARMS, FINGERS, HOME_ARM
 from uncom_sim.robot.robot import TIME_STEP_S, Robot, RobotOptions
 
 OFFER = (1.47, 0.5776, 0.0601, 1.0064, -1.7003, 0.0)

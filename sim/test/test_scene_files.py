@@ -14,7 +14,7 @@ from uncom_sim.objects.footprint import outline
 from uncom_sim.types import Table
 from uncom_sim.world.intended_meaning import meaning_of, with_say
 from uncom_sim.world.scene_file import load_scenario, load_scene, scenario_names, scene_from_dict
-from uncom_sim.world.scene_variation import GAP_M, randomised
+from uncom_sim.world.scene_variation import GAP_M, vary_scene
 
 LEMON = {"id": "l", "kind": "lemon", "x": 0.6, "y": 0.1}
 BOWL = {"id": "b", "kind": "bowl", "colour": "red", "x": 0.62, "y": -0.2}
@@ -108,11 +108,11 @@ def test_the_papers_six_scenarios_are_there_by_number_and_by_name():
 @pytest.mark.parametrize("name", ["i", "ii", "iii", "iv", "v", "vi"])
 def test_seeds_move_things_but_keep_them_apart_and_the_meaning(name):
     written = load_scenario(name)
-    assert randomised(written, 0) == written
+    assert vary_scene(written, 0) == written
     seen = set()
     for seed in range(1, 15):
-        scene = randomised(written, seed)
-        assert scene == randomised(written, seed)
+        scene = vary_scene(written, seed)
+        assert scene == vary_scene(written, seed)
         assert [o.id for o in scene.objects] == [o.id for o in written.objects]
         outlines = [outline(o) for o in scene.objects]
         assert min(a.distance(b) for a, b in combinations(outlines, 2)) >= GAP_M

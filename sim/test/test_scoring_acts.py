@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 from uncom_sim.bench_execution.cases import standing
 from uncom_sim.objects.catalogue import natural_colour
-from uncom_sim.scoring.scoring import PhysicalResult
-from uncom_sim.scoring.scoring_acts import Moment, judge_act, mouth
+from uncom_sim.scoring.acts import Moment, judge_act, mouth
+from uncom_sim.scoring.end_state import PhysicalResult
 from uncom_sim.types import Table
 from uncom_sim.world.scene_file import scene_from_dict
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from uncom_sim.exceptions import SceneError
 from uncom_sim.objects.catalogue import model, natural_colour
-from uncom_sim.scoring.scoring import judge, nearest_object
+from uncom_sim.scoring.end_state import judge, nearest_object
 from uncom_sim.types import Meaning, ObjectState, Table
 
 TABLE = Table()

@@ -4,9 +4,9 @@
 import numpy as np
 import pybullet
 import pytest
-from uncom_sim.robot.names import FINGERS
+from uncom_sim.robot.finger_friction import FRICTION_N
+from uncom_sim.robot.joint_names import FINGERS
 from uncom_sim.robot.robot import Robot, RobotOptions
-from uncom_sim.robot.spindles import FRICTION_N
 
 
 def pushed_aside(push_n: float, seconds: float = 4.0) -> list[float]:

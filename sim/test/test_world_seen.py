@@ -10,8 +10,8 @@ import mediapipe
 import numpy as np
 import pybullet
 import pytest
-from uncom_sim.person.hand import INDEX_BASE, INDEX_TIP
-from uncom_sim.person.placement import looking_robot
+from uncom_sim.person.hand_model import INDEX_BASE, INDEX_TIP
+from uncom_sim.person.hand_placement import robot_viewpoint
 from uncom_sim.world.scene_file import load_scenario, scenario_names, scene_from_dict
 from uncom_sim.world.simulator import Simulator
 from uncom_sim.world.world import World
@@ -113,7 +113,7 @@ CASES = [
 @pytest.mark.slow
 def test_mediapipe_finds_the_pointing_finger_from_every_side():
     """The detector is the real one; what is tested is that our hand looks like a hand to it."""
-    eye = looking_robot()
+    eye = robot_viewpoint()
     errors, frames = [], 0
     with mediapipe.solutions.hands.Hands(static_image_mode=True, max_num_hands=2, min_detection_confidence=0.3) as find:
         for seed, (name, side, hand) in enumerate(CASES):

@@ -19,7 +19,7 @@ from uncom_language.speech.pocketsphinx.language_model import draw_sentences
 from uncom_language.speech.pocketsphinx.noise_floor import add_noise_floor
 from uncom_language.speech.pocketsphinx.options import LanguageModelOptions
 from uncom_language.speech.pocketsphinx.pocketsphinx_recognizer import dictionary_lines, model_folder
-from uncom_sim.person.sound import recorded
+from uncom_sim.person.acoustics import recorded
 from uncom_sim.person.voice import speak
 
 FloatArray = npt.NDArray[np.float64]

@@ -31,7 +31,9 @@ from uncom_common.conversions import (
 
 from uncom_interfaces.msg import SimState
 from uncom_sim.camera.views import HEAD_CAMERA
-from uncom_sim.driver.conversions import (
+from uncom_sim.driver.driver_config import DriverConfig
+from uncom_sim.driver.real_time import PeriodicSchedule, RealTimePacer
+from uncom_sim.driver.ros.conversions import (
     audio_info_to_msg,
     audio_to_msg,
     frames_to_msg,
@@ -39,10 +41,8 @@ from uncom_sim.driver.conversions import (
     odometry_to_msg,
     sim_state_to_msg,
 )
-from uncom_sim.driver.driver_config import DriverConfig
-from uncom_sim.driver.real_time_pace import Pace, Schedule
+from uncom_sim.driver.ros.trajectory_action_server import TrajectoryActionServer
 from uncom_sim.robot.description import CAMERA_FRAME, tiago_urdf
-from uncom_sim.ros.trajectory_port import TrajectoryPort
 from uncom_sim.world.simulator import Simulator
 
 _CAMERA = "/head_front_camera"
@@ -66,8 +66,8 @@ class DriverNode(ConfiguredNode[DriverConfig]):
         self._stopping = threading.Event()
         self._moving: TFMessage | None = None
         self._advertise()
-        self._ports = [
-            TrajectoryPort(self, self._simulator, name, self._inbox.put) for name in self._simulator.controllers
+        self._trajectory_servers = [
+            TrajectoryActionServer(self, self._simulator, name, self._inbox.put) for name in self._simulator.controllers
         ]
         self.create_subscription(TwistStamped, "/mobile_base_controller/cmd_vel", self._on_velocity, 10)
         self.create_service(Trigger, "/sim/start", self._on_start)
@@ -80,8 +80,8 @@ class DriverNode(ConfiguredNode[DriverConfig]):
         """Stop time, then take the node away."""
         self._stopping.set()
         self._thread.join(timeout=10.0)
-        for port in self._ports:
-            port.destroy()
+        for server in self._trajectory_servers:
+            server.destroy()
         super().destroy_node()
 
     def _advertise(self) -> None:
@@ -100,7 +100,7 @@ class DriverNode(ConfiguredNode[DriverConfig]):
         self._state_out = self.create_publisher(SimState, "/sim/state", 10)
         self._overview_out = self.create_publisher(Image, "/sim/overview/image_raw", 10)
 
-    def _schedules(self) -> list[tuple[Schedule, Callable[[], None]]]:
+    def _schedules(self) -> list[tuple[PeriodicSchedule, Callable[[], None]]]:
         """Return what is to be done when, in simulated time; the clock goes first."""
         config, start = self.config, self._simulator.time_s
         tasks: list[tuple[float, Callable[[], None]]] = [
@@ -111,8 +111,8 @@ class DriverNode(ConfiguredNode[DriverConfig]):
             (10.0, self._publish_state),
             (config.overview_rate_hz, self._publish_overview),
         ]
-        self._camera_schedule = Schedule(config.camera_rate_hz, start)
-        return [(Schedule(rate, start), task) for rate, task in tasks if rate > 0.0]
+        self._camera_schedule = PeriodicSchedule(config.camera_rate_hz, start)
+        return [(PeriodicSchedule(rate, start), task) for rate, task in tasks if rate > 0.0]
 
     # --- callbacks: store only ---
 
@@ -133,15 +133,15 @@ class DriverNode(ConfiguredNode[DriverConfig]):
         simulator = self._simulator
         try:
             self._publish_latched()
-            pace = Pace(self.config.real_time_factor, simulator.time_s)
+            pacer = RealTimePacer(self.config.real_time_factor, simulator.time_s)
             while not self._stopping.is_set() and self.context.ok():
                 while not self._inbox.empty():
                     self._inbox.get()()
-                for port in self._ports:
-                    port.watch()
+                for server in self._trajectory_servers:
+                    server.watch()
                 simulator.step()
                 self._publish_due()
-                pace.keep(simulator.time_s, self._stopping)
+                pacer.keep(simulator.time_s, self._stopping)
         except Exception as error:
             # Publishing fails when ROS is shut down under our feet; anything else is a fault to be seen.
             if self.context.ok() and not self._stopping.is_set():
@@ -187,8 +187,8 @@ class DriverNode(ConfiguredNode[DriverConfig]):
         self._odometry_out.publish(odometry_to_msg(simulator.base.odometry, simulator.time_s))
 
     def _publish_controllers(self) -> None:
-        for port in self._ports:
-            port.report()
+        for server in self._trajectory_servers:
+            server.report()
 
     def _publish_audio(self) -> None:
         while (chunk := self._simulator.microphone.listen(self._simulator.time_s, _AUDIO_CHUNK_S)) is not None:

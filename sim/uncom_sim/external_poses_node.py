@@ -22,7 +22,7 @@ from uncom_common.transforms import FloatArray
 from uncom_perception.conversions import mesh_to_msg
 
 from uncom_interfaces.msg import ObjectPose, ObjectPoses, SimState
-from uncom_sim.driver.conversions import object_states_from_msg
+from uncom_sim.driver.ros.conversions import object_states_from_msg
 from uncom_sim.pose_estimator.pose_estimator import ExternalPosesConfig, PoseEstimator, mesh_of
 
 

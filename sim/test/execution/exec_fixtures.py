@@ -9,7 +9,7 @@ import numpy as np
 from uncom_common.primitive import Primitive
 from uncom_sim.bench_planning.scenes import TABLE_Z, detection, flat_table
 from uncom_sim.robot.description import tiago_urdf
-from uncom_sim.robot.names import home_positions
+from uncom_sim.robot.joint_names import home_positions
 from uncom_tiago_exec.exceptions import StoppedError
 from uncom_tiago_exec.execution.robot_interface import RobotInterface
 from uncom_tiago_exec.robot.robot_model import RobotModel

@@ -126,11 +126,11 @@ def test_every_point_of_a_mesh_is_within_the_radius_of_one_of_its_bodies():
             continue
         vertices = corners_of(thing.geometry)
         for fine in (True, False):
-            covers = covers_of(vertices, fine=fine)
-            assert all(len(c.corners) <= CORNERS for c in covers)
+            textures = covers_of(vertices, fine=fine)
+            assert all(len(c.corners) <= CORNERS for c in textures)
             points = np.vstack([vertices[::7], rng.dirichlet(np.full(len(vertices), 0.02), 25) @ vertices])
             for point in points:
-                assert min(_apart(c.corners, point) - c.radius for c in covers) < 1e-6
+                assert min(_apart(c.corners, point) - c.radius for c in textures) < 1e-6
 
 
 def _apart(corners, point):
@@ -141,9 +141,9 @@ def _apart(corners, point):
 def test_a_mesh_that_no_file_knows_gets_one_coarse_body():
     points = np.random.default_rng(7).normal(size=(400, 3))
     points *= 0.05 / np.linalg.norm(points, axis=1, keepdims=True)
-    covers = covers_of(points, fine=True)
-    assert len(covers) == 1
-    assert 0.001 < covers[0].radius < 0.03
+    textures = covers_of(points, fine=True)
+    assert len(textures) == 1
+    assert 0.001 < textures[0].radius < 0.03
     assert name_of(points) != name_of(points + 1e-3)
 
 

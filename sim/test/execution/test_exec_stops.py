@@ -2,8 +2,8 @@
 """Stopped at any moment of any stage, the robot stands still at once and the next command is carried out."""
 
 import pytest
-from uncom_sim.bench_execution.next_command import Part
-from uncom_sim.bench_execution.stops import STAGES, Stop, run_stops, summary_of_stops
+from uncom_sim.bench_execution.command_generation import WorkArea
+from uncom_sim.bench_execution.stop_trials import STAGES, StopResult, run_stops, summary_of_stops
 from uncom_sim.objects.catalogue import natural_colour
 from uncom_sim.types import Scene, SceneObject
 from uncom_tiago_exec.types import Stage
@@ -16,9 +16,9 @@ def check(total, count):
 
 
 def test_a_stop_counts_as_good_only_if_nothing_moves_and_a_command_succeeds_after_it():
-    good = Stop(Stage.LIFTING, False, 0.01, 0.001, ((True, "done"),))
-    later = Stop(Stage.HOMING, True, 0.01, 0.001, ((False, "refused"), (True, "done")))
-    never = Stop(Stage.HOMING, False, 0.2, 0.001, ((False, "refused"),) * 3)
+    good = StopResult(Stage.LIFTING, False, 0.01, 0.001, ((True, "done"),))
+    later = StopResult(Stage.HOMING, True, 0.01, 0.001, ((False, "refused"), (True, "done")))
+    never = StopResult(Stage.HOMING, False, 0.2, 0.001, ((False, "refused"),) * 3)
     total = summary_of_stops([good, later, never])
     assert (total["stops"], total["still"], total["next_succeeded"], total["usable"]) == (3, 2, 1, 2)
     assert len(total["failures"]) == 4
@@ -48,6 +48,6 @@ def test_a_stop_while_base_or_arm_are_on_their_way_to_what_is_far_leaves_it_stil
         SceneObject("o0", "can", natural_colour("can"), 0.82, 0.2, 0.0),
         SceneObject("o1", "box", natural_colour("box"), 0.6, -0.3, 0.0),
     )
-    total = run_stops(8, 1, scene=Scene(things, "do it"), part=Part((0.78, 0.84), 0.25))
+    total = run_stops(8, 1, scene=Scene(things, "do it"), area=WorkArea((0.78, 0.84), 0.25))
     check(total, 8)
     assert total["driving"] > 0

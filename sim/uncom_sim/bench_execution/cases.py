@@ -19,10 +19,10 @@ from uncom_common.primitive import Primitive
 from uncom_sim.exceptions import SceneError
 from uncom_sim.objects.catalogue import KINDS, model, natural_colour
 from uncom_sim.objects.footprint import outline
-from uncom_sim.scoring.scoring import DIRECTIONS, judge
+from uncom_sim.scoring.end_state import DIRECTIONS, judge
 from uncom_sim.types import Meaning, ObjectState, Point2, Scene, SceneObject
-from uncom_sim.world.placement_check import check_placing
-from uncom_sim.world.scene_variation import everything_in_sight
+from uncom_sim.world.placement_check import check_placement
+from uncom_sim.world.scene_variation import all_visible
 
 RELATIONS = (
     "pick", "in", "on", "push", "stack", "area", "next_to", "give", "left_of", "right_of", "pour", "in_front_of",
@@ -216,7 +216,7 @@ def _apart(thing: SceneObject, anchor: SceneObject, direction: Point2) -> float:
 def _stands(scene: Scene) -> bool:
     """Whether everything stands, apart, on the table, and is seen."""
     try:
-        check_placing(scene.objects, scene.table)
+        check_placement(scene.objects, scene.table)
     except SceneError:
         return False
     outlines = [outline(thing) for thing in scene.objects]
@@ -226,7 +226,7 @@ def _stands(scene: Scene) -> bool:
         return False
     if any(a.distance(b) < _GAP_M for a, b in combinations(outlines, 2)):
         return False
-    return everything_in_sight(scene)
+    return all_visible(scene)
 
 
 def _is_free(place: Point2, scene: Scene, relation: str) -> bool:
@@ -238,7 +238,7 @@ def _is_free(place: Point2, scene: Scene, relation: str) -> bool:
     if any(room.intersects(shape) for shape in others):
         return False
     rest = (other for other in scene.objects if other.id != "o0")
-    if not everything_in_sight(replace(scene, objects=(replace(thing, x=x, y=y), *rest))):
+    if not all_visible(replace(scene, objects=(replace(thing, x=x, y=y), *rest))):
         return False  # the robot looks again afterwards
     table = scene.table
     if not shapely.box(table.x_min, table.y_min, table.x_max, table.y_max).contains(room):

@@ -29,8 +29,8 @@ from uncom_sim.bench_execution.cases import Case, make_case
 from uncom_sim.bench_execution.stepped_robot import Estimate, SteppedRobot
 from uncom_sim.cluster.task_pool import PoolOptions, TaskPool
 from uncom_sim.robot.description import tiago_urdf
-from uncom_sim.scoring.scoring import PhysicalResult, judge
-from uncom_sim.scoring.scoring_acts import Witness, judge_act
+from uncom_sim.scoring.acts import ActObserver, judge_act
+from uncom_sim.scoring.end_state import PhysicalResult, judge
 from uncom_sim.types import ObjectState
 from uncom_sim.world.simulator import Simulator
 
@@ -118,7 +118,7 @@ def run_case(
                 Image.fromarray(simulator.render_overview()).save(f"{shots}_{next(count):02d}.png")
 
         machine = SteppedRobot(simulator, watch if shots is not None else None, estimate)
-        machine.witness = witness = Witness(simulator, case.meaning)
+        machine.observer = observer = ActObserver(simulator, case.meaning)
         start, before, first_s = machine.positions(), simulator.object_states(), simulator.time_s
         told: list[Status] = []
         task = task_of(case, machine.look(), before)
@@ -127,7 +127,7 @@ def run_case(
         )
         outcome = engine.execute(task)
         machine.rest(_SETTLE_STEPS)
-        physical = _judged(case, before, simulator, witness)
+        physical = _judged(case, before, simulator, observer)
         away = home_error(start, machine.positions())
         drift = float(np.linalg.norm(simulator.robot.base_matrix()[:2, 3]))
         contacts = simulator.contacts
@@ -139,13 +139,13 @@ def run_case(
         simulator.close()
 
 
-def _judged(case: Case, before: tuple[ObjectState, ...], simulator: Simulator, witness: Witness) -> PhysicalResult:
+def _judged(case: Case, before: tuple[ObjectState, ...], simulator: Simulator, observer: ActObserver) -> PhysicalResult:
     """Judge the end, and what was seen on the way to it."""
     table, states = case.scene.table, {state.id: state for state in before}
     result = judge(before, simulator.object_states(), case.meaning, table)
     things = states[case.meaning.object], states[case.meaning.target] if case.meaning.target is not None else None
     held = simulator.contacts.between_fingers
-    return judge_act(case.primitive, result, witness.moments, things, held, table)
+    return judge_act(case.primitive, result, observer.moments, things, held, table)
 
 
 def task_of(case: Case, seen: Seen, states: Iterable[ObjectState]) -> ManipulationTask:

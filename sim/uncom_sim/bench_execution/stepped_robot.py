@@ -26,7 +26,7 @@ from uncom_sim.controllers.tolerances import GoalTolerances, Tolerance
 from uncom_sim.controllers.trajectory import Trajectory as Goal
 from uncom_sim.controllers.trajectory import Waypoint
 from uncom_sim.robot.description import CAMERA_FRAME
-from uncom_sim.scoring.scoring_acts import EVERY_STEPS
+from uncom_sim.scoring.acts import EVERY_STEPS
 from uncom_sim.types import ObjectState
 from uncom_sim.world.simulator import Simulator
 
@@ -43,13 +43,13 @@ class SteppedRobot(RobotInterface):
     def __init__(
         self, simulator: Simulator, watch: Callable[[], None] | None = None, estimate: Estimate | None = None
     ) -> None:
-        """Keep the simulator; watch is called after each motion (to take a picture, say), `witness` every 0.1 s.
+        """Keep the simulator; watch is called after each motion (to take a picture, say), `observer` every 0.1 s.
 
         With `estimate`, what is seen is completed by its models, as by those of /uncom/object_poses.
         """
         self.simulator = simulator
         self.stop_at_s: float | None = None
-        self.witness: Callable[[], None] | None = None
+        self.observer: Callable[[], None] | None = None
         self._lexicon = load_lexicon()
         self._detector = TabletopDetector(self._lexicon)
         self._watch = watch
@@ -109,8 +109,8 @@ class SteppedRobot(RobotInterface):
 
     def _step(self) -> None:
         self.simulator.step()
-        if self.witness is not None and self.simulator.steps % EVERY_STEPS == 0:
-            self.witness()
+        if self.observer is not None and self.simulator.steps % EVERY_STEPS == 0:
+            self.observer()
 
     def _goals(self, trajectory: Trajectory) -> dict[str, Goal]:
         """Return each controller's part of a motion."""

@@ -28,7 +28,7 @@ from uncom_sim.bench_planning.peers import ratios, run_peers
 from uncom_sim.bench_planning.problems import ROUNDS, IkProblem, Problem, check_time_us
 from uncom_sim.bench_planning.scenes import TABLE_Z, pick_and_place, tabletop_solids
 from uncom_sim.robot.description import tiago_urdf
-from uncom_sim.robot.names import home_positions
+from uncom_sim.robot.joint_names import home_positions
 
 _PLAN_LIMIT_S = 1.0
 _CHECKS = 2000

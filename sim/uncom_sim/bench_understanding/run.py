@@ -16,13 +16,13 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from uncom_sim.bench_understanding.reporting.journal import Journal, sources_digest
+from uncom_sim.bench_understanding.reporting.checkpoint import RunCheckpoint, sources_digest
 from uncom_sim.bench_understanding.reporting.page import report_page
 from uncom_sim.bench_understanding.reporting.report import report_of
 from uncom_sim.bench_understanding.reporting.text import report_text
-from uncom_sim.bench_understanding.takes.casting import plan_takes
-from uncom_sim.bench_understanding.takes.studio import generator_version
-from uncom_sim.bench_understanding.takes.values import TakePlan
+from uncom_sim.bench_understanding.takes.take_planning import plan_takes
+from uncom_sim.bench_understanding.takes.take_synthesis import generator_version
+from uncom_sim.bench_understanding.takes.types import TakePlan
 from uncom_sim.bench_understanding.worker import Task, WorkerOptions, run_take
 from uncom_sim.cluster.task_pool import PoolOptions, TaskPool
 
@@ -85,8 +85,8 @@ def run_benchmark(options: BenchmarkOptions) -> BenchmarkResult:
         "sources": sources_digest(),
         "parameters": [path.read_text(encoding="utf-8") for path in options.parameter_files],
     }
-    journal = Journal(options.cache, identity, fresh=options.fresh)
-    done = journal.outcomes()
+    checkpoint = RunCheckpoint(options.cache, identity, fresh=options.fresh)
+    done = checkpoint.outcomes()
     waiting = [task for task in tasks if task.plan.name not in done]
     console = Console(file=sys.stderr)
     run = partial(run_take, options=worker_options(options))
@@ -97,7 +97,7 @@ def run_benchmark(options: BenchmarkOptions) -> BenchmarkResult:
         by_turns = sorted(waiting, key=lambda task: (task.plan.index, task.plan.scenario))
         with closing(pool.run(run, {task.plan.name: task for task in by_turns})) as results:
             for outcome in results:
-                journal.add(outcome)
+                checkpoint.add(outcome)
                 done[outcome.take] = outcome
                 right = sum(one.right for one in done.values())
                 bar.update(task, advance=1, right=f"{right} right")
@@ -114,7 +114,7 @@ def run_benchmark(options: BenchmarkOptions) -> BenchmarkResult:
     )
     page = report_page(report, outcomes, options.folder / "pictures")
     (options.folder / "index.html").write_text(page, encoding="utf-8")
-    journal.finish()
+    checkpoint.finish()
     return BenchmarkResult(report, text)
 
 

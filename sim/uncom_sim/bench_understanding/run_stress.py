@@ -17,8 +17,8 @@ from rich.console import Console
 from uncom_sim.bench_understanding.judging.statistics import wilson
 from uncom_sim.bench_understanding.judging.stress import CURVES
 from uncom_sim.bench_understanding.run import BenchmarkOptions, BenchmarkResult, progress_bar, worker_options
-from uncom_sim.bench_understanding.takes.casting import plan_takes
-from uncom_sim.bench_understanding.takes.values import TakePlan
+from uncom_sim.bench_understanding.takes.take_planning import plan_takes
+from uncom_sim.bench_understanding.takes.types import TakePlan
 from uncom_sim.bench_understanding.worker import StressPoint, StressTask, run_stress
 from uncom_sim.cluster.task_pool import TaskPool
 

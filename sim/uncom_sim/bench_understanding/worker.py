@@ -14,17 +14,17 @@ from uncom_bringup.chain.chain import Chain, ChainResult, Grounding
 from uncom_bringup.chain.config import load_chain_config
 from uncom_language.types import Act
 
-from uncom_sim.bench_understanding.judging.deciding import studied_deciding
+from uncom_sim.bench_understanding.judging.ablations import run_ablations
+from uncom_sim.bench_understanding.judging.decision_quality import assess_decision
+from uncom_sim.bench_understanding.judging.failure_stage import explain_miss, first_wrong_stage
 from uncom_sim.bench_understanding.judging.outcome import Outcome
-from uncom_sim.bench_understanding.judging.staging import explain_miss, first_wrong_stage
-from uncom_sim.bench_understanding.judging.stress import CURVES, filmed_plan, heard_otherwise
-from uncom_sim.bench_understanding.judging.variants import study
+from uncom_sim.bench_understanding.judging.stress import CURVES, perturbed_evaluation, rerendered_plan
 from uncom_sim.bench_understanding.judging.verdict import Verdict, judge
 from uncom_sim.bench_understanding.reporting.miss_pictures import draw_miss
 from uncom_sim.bench_understanding.takes.recording import TakeRecording, load_take, save_take
 from uncom_sim.bench_understanding.takes.scenarios import scenario
-from uncom_sim.bench_understanding.takes.studio import generator_version, make_take
-from uncom_sim.bench_understanding.takes.values import TakePlan
+from uncom_sim.bench_understanding.takes.take_synthesis import generator_version, make_take
+from uncom_sim.bench_understanding.takes.types import TakePlan
 from uncom_sim.exceptions import SimError
 
 _LOG = logging.getLogger(__name__)
@@ -112,7 +112,7 @@ class Worker:
         plan = task.plan
         recording, made_s = self.recording(plan)
         if self._options.bags is not None:
-            from uncom_sim.ros.take_bag import write_bag  # noqa: PLC0415  (needs ROS, as nothing else here does)
+            from uncom_sim.bench_understanding.ros.take_bag import write_bag  # noqa: PLC0415  (needs ROS, as nothing else here does)
 
             write_bag(recording, self._options.bags / f"{plan.name}.mcap", force=True)
         start = time.process_time()
@@ -128,19 +128,19 @@ class Worker:
             key=plan.key(generator_version()),
         )
         if first is not None and first.evidence is not None:
-            deciding = studied_deciding(self._chain.conversation(), plan, recording.truth.states, first.evidence)
+            deciding = assess_decision(self._chain.conversation(), plan, recording.truth.states, first.evidence)
             tables = deciding.pop("tables")
             outcome = replace(outcome, notes={**outcome.notes, "deciding": deciding, "tables": tables})
         if not self._options.variants and verdict.right:
             return outcome
-        studied = study(self._chain, plan, recording, result, first, task.swapped)
-        variants = {name: one.right for name, one in studied.verdicts.items()}
-        outcome = replace(outcome, variants=variants, swapped_fits=studied.swapped_fits)
+        ablations = run_ablations(self._chain, plan, recording, result, first, task.swapped)
+        variants = {name: one.right for name, one in ablations.verdicts.items()}
+        outcome = replace(outcome, variants=variants, swapped_fits=ablations.swapped_fits)
         if verdict.right:
             return outcome
         command = first.command if first else None
         evidence = first.evidence if first else None
-        stage, detail = first_wrong_stage(plan, recording, command, studied.true_command, evidence)
+        stage, detail = first_wrong_stage(plan, recording, command, ablations.true_command, evidence)
         pictures = () if self._options.pictures is None else draw_miss(self._options.pictures, plan, recording, first)
         return replace(outcome, stage=stage, why=explain_miss(verdict, stage, detail), pictures=pictures)
 
@@ -148,9 +148,9 @@ class Worker:
         """Run one take through all levels of one difficulty, or through one level that has to be filmed."""
         plan, curve = task.plan, next(one for one in CURVES if one.name == task.curve)
         if not curve.filmed:
-            right = heard_otherwise(self._chain, plan, self.recording(plan)[0], curve.name)
+            right = perturbed_evaluation(self._chain, plan, self.recording(plan)[0], curve.name)
             return [StressPoint(curve.name, level, plan.name, right(level)) for level in curve.levels]
-        changed = filmed_plan(plan, curve.name, task.level)
+        changed = rerendered_plan(plan, curve.name, task.level)
         if changed is None:
             return []
         recording, _ = self.recording(changed)

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import FloatArray, invert
 
-from uncom_sim.camera.stage import Stage
+from uncom_sim.camera.render_scene import RenderScene
 from uncom_sim.camera.views import look_at
 from uncom_sim.types import Light
 
@@ -43,7 +43,7 @@ class ShadowMap:
 
 
 @dataclass(frozen=True, slots=True)
-class Still:
+class StaticLayer:
     """What does not move, drawn once: attributes (H, W, 3) and depth (H, W) before cutting, and its shadow map.
 
     seen is its depth, lit how much of the lamp each pixel sees, rgb the finished picture.
@@ -58,11 +58,11 @@ class Still:
 
 
 class Rasteriser:
-    """Draws a stage."""
+    """Renders colour and depth pictures of a scene of triangles."""
 
-    def __init__(self, stage: Stage, middle: npt.ArrayLike, casters: IntArray) -> None:
-        """Draw a stage with the shadows of some of its triangles (M, 3) around its middle (3,) [m]."""
-        self._stage = stage
+    def __init__(self, render_scene: RenderScene, middle: npt.ArrayLike, casters: IntArray) -> None:
+        """Prepare to draw a scene with the shadows of some of its triangles (M, 3) around its middle (3,) [m]."""
+        self._render_scene = render_scene
         self._casters = casters
         self._shadow: tuple[int, ShadowMap] | None = None
         self._middle = np.asarray(middle, dtype=float)
@@ -79,36 +79,36 @@ class Rasteriser:
         *,
         shadows: bool = True,
     ) -> tuple[Rgb, Depth]:
-        """Return rgb (H, W, 3) and depth (H, W) [m], infinite where nothing is, of the stage as last updated."""
+        """Return rgb (H, W, 3) and depth (H, W) [m], infinite where nothing is, of the scene as last updated."""
         attributes, depth = self._draw(camera, optical_to_world, faces)
         lit = self._lit(camera, optical_to_world, depth, self._shadow_map(light)) if shadows else None
         rgb = self._coloured(attributes, depth, lit, light)
         depth[depth >= 0.999 * _FAR_M] = np.inf
         return rgb, depth
 
-    def still(
+    def static(
         self, camera: PinholeCamera, optical_to_world: FloatArray, light: Light, faces: IntArray, casters: IntArray
-    ) -> Still:
+    ) -> StaticLayer:
         """Draw what will not move, to be drawn over: visible triangles (M, 3) and those that cast shadows."""
         attributes, depth = self._rasterised(camera, optical_to_world, faces, None)
         shadow = self._draw_shadows(light, casters, None)
         visible, seen = _cut_to(camera, attributes, depth)
         lit = self._lit(camera, optical_to_world, seen, shadow)
         rgb = self._coloured(visible, seen, lit, light)
-        return Still(attributes, depth, shadow, seen, lit, rgb)
+        return StaticLayer(attributes, depth, shadow, seen, lit, rgb)
 
-    def render_over(
-        self, still: Still, camera: PinholeCamera, optical_to_world: FloatArray, light: Light, moving: IntArray
+    def render_moving(
+        self, static: StaticLayer, camera: PinholeCamera, optical_to_world: FloatArray, light: Light, moving: IntArray
     ) -> tuple[Rgb, Depth]:
-        """Return the same as `render` of the still things and of triangles (M, 3) that have moved since.
+        """Return the same as `render` of the static things and of triangles (M, 3) that have moved since.
 
         Colours are worked out only in the part of the picture where something is nearer, or in other light.
         """
-        drawn = self._rasterised(camera, optical_to_world, moving, still)
+        drawn = self._rasterised(camera, optical_to_world, moving, static)
         attributes, depth = _cut_to(camera, *drawn)
-        lit = self._lit(camera, optical_to_world, depth, self._draw_shadows(light, moving, still.shadow))
-        changed = ((depth != still.seen) | (lit != still.lit)).astype(np.uint8)
-        rgb = still.rgb.copy()
+        lit = self._lit(camera, optical_to_world, depth, self._draw_shadows(light, moving, static.shadow))
+        changed = ((depth != static.seen) | (lit != static.lit)).astype(np.uint8)
+        rgb = static.rgb.copy()
         left, top, width, height = cv2.boundingRect(changed)
         if width > 0:
             # The lens spreads each pixel by one: a border of one is right only if another one was worked out.
@@ -128,7 +128,7 @@ class Rasteriser:
         light: Light,
     ) -> Rgb:
         """Put colours together from what was rasterised."""
-        atlas = self._stage.atlas
+        atlas = self._render_scene.atlas
         places = attributes[..., :2] * np.array([atlas.shape[1], atlas.shape[0]], np.float32)
         colours = cv2.remap(atlas, np.ascontiguousarray(places), None, cv2.INTER_LINEAR)
         facing = np.ascontiguousarray(attributes[..., 2])
@@ -150,7 +150,7 @@ class Rasteriser:
             return faces
         to_camera = invert(pose).astype(np.float32)
         low = int(faces.min())  # a few bodies' vertices lie side by side
-        points = self._stage.vertices[low : int(faces.max()) + 1] @ to_camera[:3, :3].T + to_camera[:3, 3]
+        points = self._render_scene.vertices[low : int(faces.max()) + 1] @ to_camera[:3, :3].T + to_camera[:3, 3]
         x, y, z = points[:, 0], points[:, 1], points[:, 2]
         c = camera
         outside = (x * np.float32(c.fx / (c.cx + 1.0)) < -z).astype(np.uint8)
@@ -171,7 +171,7 @@ class Rasteriser:
         return _cut_to(camera, *self._rasterised(camera, pose, faces, None))
 
     def _rasterised(
-        self, camera: PinholeCamera, pose: FloatArray, faces: IntArray, over: Still | None
+        self, camera: PinholeCamera, pose: FloatArray, faces: IntArray, over: StaticLayer | None
     ) -> tuple[npt.NDArray[np.float32], Depth]:
         """Rasterise on an empty canvas, or over what does not move."""
         c = camera
@@ -182,9 +182,9 @@ class Rasteriser:
         if len(seen) == 0:
             return attributes, depth
         cv2.triangleRasterize(
-            self._stage.vertices[None],
+            self._render_scene.vertices[None],
             seen[None],
-            self._stage.attributes[None],
+            self._render_scene.attributes[None],
             attributes,
             depth,
             _world_to_gl(pose),
@@ -197,8 +197,8 @@ class Rasteriser:
 
     def _shadow_map(self, light: Light) -> ShadowMap:
         """Return what the lamp sees; drawn anew only when something has moved."""
-        if self._shadow is None or self._shadow[0] != self._stage.version:
-            self._shadow = self._stage.version, self._draw_shadows(light, self._casters, None)
+        if self._shadow is None or self._shadow[0] != self._render_scene.version:
+            self._shadow = self._render_scene.version, self._draw_shadows(light, self._casters, None)
         return self._shadow[1]
 
     def _draw_shadows(self, light: Light, casters: IntArray, over: ShadowMap | None) -> ShadowMap:
@@ -215,7 +215,7 @@ class Rasteriser:
         if len(seen) == 0:
             return ShadowMap(depth, invert(pose), lamp)
         cv2.triangleRasterizeDepth(
-            self._stage.vertices[None],
+            self._render_scene.vertices[None],
             seen[None],
             depth,
             _world_to_gl(pose),

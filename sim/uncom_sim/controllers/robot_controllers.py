@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from uncom_sim.controllers.joint_trajectory import TrajectoryControllerConfig
-from uncom_sim.robot.names import ARMS, FINGERS, HEAD, TORSO
+from uncom_sim.robot.joint_names import ARMS, FINGERS, HEAD, TORSO
 
 TRAJECTORY_CONTROLLERS = (
     TrajectoryControllerConfig("torso_controller", TORSO, goal_tolerance=0.02, goal_time_s=0.6),

@@ -25,11 +25,11 @@ from uncom_bringup.report import progress, summary
 from uncom_sim.demo.options import DemoOptions, scene_to_dict
 from uncom_sim.demo.result import DemoResult
 from uncom_sim.demo.score import score_run
-from uncom_sim.scoring.scoring import PhysicalResult
+from uncom_sim.scoring.end_state import PhysicalResult
 from uncom_sim.types import ObjectState
 
 if TYPE_CHECKING:
-    from uncom_sim.ros.demo_graph import Listeners
+    from uncom_sim.demo.ros.demo_graph import DemoListeners
 
 Say = Callable[[str], None]
 
@@ -107,10 +107,10 @@ def _run_graph(options: DemoOptions, scene_file: Path, domain: int, times: _Time
         # What listens and writes is imported while the nodes start.
         from uncom_bringup.report import artifacts  # noqa: PLC0415
 
-        from uncom_sim.ros.demo_graph import Listeners  # noqa: PLC0415
+        from uncom_sim.demo.ros.demo_graph import DemoListeners  # noqa: PLC0415
 
         bag = options.folder / artifacts.BAG if options.record else None
-        with Listeners(domain, tell, bag, force=True) as listeners:
+        with DemoListeners(domain, tell, bag, force=True) as listeners:
             _wait_until_up(graph, listeners)
             times.mark("start")
             begin_s = listeners.demo.now_s
@@ -125,7 +125,7 @@ def _run_graph(options: DemoOptions, scene_file: Path, domain: int, times: _Time
     return _Seen(record, before, after, (contacts[0], contacts[1]), (begin_s, end_s), gave_up, cpu_s)
 
 
-def _wait_until_up(graph: GraphProcesses, listeners: Listeners) -> None:
+def _wait_until_up(graph: GraphProcesses, listeners: DemoListeners) -> None:
     deadline = time.monotonic() + _START_TIMEOUT_S
     while missing := listeners.missing():
         graph.check()
@@ -134,7 +134,7 @@ def _wait_until_up(graph: GraphProcesses, listeners: Listeners) -> None:
         time.sleep(_POLL_S)
 
 
-def _wait_until_done(graph: GraphProcesses, listeners: Listeners, timeout_s: float) -> str:
+def _wait_until_done(graph: GraphProcesses, listeners: DemoListeners, timeout_s: float) -> str:
     """Wait until everything said has been answered and things have come to rest.
 
     Returns "" or, if the time is up, what was still waited for.

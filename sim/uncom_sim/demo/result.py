@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from uncom_sim.scoring.scoring import PhysicalResult
+from uncom_sim.scoring.end_state import PhysicalResult
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from uncom_bringup.monitor import run_record as kinds
 from uncom_bringup.monitor.run_record import STATUS_GROUNDED, RunRecord
 from uncom_bringup.report import summary
 
-from uncom_sim.scoring.scoring import PhysicalResult, judge, nearest_object
+from uncom_sim.scoring.end_state import PhysicalResult, judge, nearest_object
 from uncom_sim.types import Meaning, ObjectState, Scene
 
 _NOTHING: Mapping[str, Any] = {"object": None, "target": None, "area": None}

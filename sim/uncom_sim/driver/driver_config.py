@@ -12,7 +12,7 @@ from uncom_sim.camera.noise import CameraNoise
 from uncom_sim.robot.robot import RobotOptions
 from uncom_sim.types import Scene
 from uncom_sim.world.scene_file import load_scenario, load_scene
-from uncom_sim.world.scene_variation import randomised
+from uncom_sim.world.scene_variation import vary_scene
 from uncom_sim.world.simulator import SimulatorOptions
 
 
@@ -62,7 +62,7 @@ class DriverConfig:
         say = self.say or None
         if self.scene_file:
             return load_scene(self.scene_file, say)
-        return randomised(load_scenario(self.scenario, say), self.seed)
+        return vary_scene(load_scenario(self.scenario, say), self.seed)
 
     def simulator_options(self) -> SimulatorOptions:
         """Gather what the simulator needs."""

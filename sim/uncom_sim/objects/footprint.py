@@ -17,7 +17,7 @@ def outline(thing: SceneObject) -> shapely.Polygon:
     return shapely.Polygon(local @ np.array([[c, s], [-s, c]]) + [thing.x, thing.y])
 
 
-def lower_middle(thing: SceneObject) -> Point2:
+def ground_point(thing: SceneObject) -> Point2:
     """Return the place below an object's centre of mass, in base_footprint [m]."""
     c, s = np.cos(thing.yaw), np.sin(thing.yaw)
     x, y, _ = model(thing.kind, thing.colour).centre_of_mass

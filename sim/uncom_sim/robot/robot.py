@@ -15,10 +15,10 @@ from uncom_common.transforms import FloatArray
 
 from uncom_sim.exceptions import SimError
 from uncom_sim.robot.description import tiago_urdf
+from uncom_sim.robot.finger_friction import FingerFriction
+from uncom_sim.robot.joint_names import ACTUATED, FINGERS, home_positions
 from uncom_sim.robot.kinematics import Kinematics
-from uncom_sim.robot.names import ACTUATED, FINGERS, home_positions
 from uncom_sim.robot.physics_model import BASE_EFFORTS, BASE_JOINTS, physics_urdf
-from uncom_sim.robot.spindles import Spindles
 from uncom_sim.robot.visual_meshes import with_file_paths
 
 IntArray = npt.NDArray[np.intp]
@@ -77,7 +77,7 @@ class Robot:
         self._efforts = [*(joint.effort for joint in joints), *BASE_EFFORTS]
         # The motor asks for gain * error / step, so this much error asks for the joint's full speed.
         self._max_error = self.max_velocity * TIME_STEP_S / _POSITION_GAIN
-        self._spindles: list[tuple[Spindles, tuple[int, int]]] = []  # with their places among ACTUATED
+        self._spindles: list[tuple[FingerFriction, tuple[int, int]]] = []  # with their places among ACTUATED
         self._set_dynamics()
         self._place(options)
         self._allow_resting_overlaps()
@@ -106,7 +106,7 @@ class Robot:
                     physicsClientId=self._client,
                 )
             pybullet.setCollisionFilterPair(self.body, self.body, *fingers, 0, physicsClientId=self._client)
-            spindles = Spindles(self._client, self.body, side, (fingers[0], fingers[1]))
+            spindles = FingerFriction(self._client, self.body, side, (fingers[0], fingers[1]))
             self._spindles.append((spindles, (ACTUATED.index(joints[0]), ACTUATED.index(joints[1]))))
 
     def _place(self, options: RobotOptions) -> None:

@@ -7,21 +7,21 @@ from collections.abc import Sequence
 from itertools import combinations
 
 from uncom_sim.exceptions import SceneError
-from uncom_sim.objects.footprint import lower_middle, outline
+from uncom_sim.objects.footprint import ground_point, outline
 from uncom_sim.types import SceneObject, Table
 
 OVERLAP_M2 = 2e-6
 EDGE_M = 0.01
 
 
-def check_placing(objects: Sequence[SceneObject], table: Table) -> None:
+def check_placement(objects: Sequence[SceneObject], table: Table) -> None:
     """Refuse objects that stand off the table or in one another.
 
     Raises:
         SceneError: names the object, or both.
     """
     for thing in objects:
-        if not table.contains(*lower_middle(thing), margin=EDGE_M):
+        if not table.contains(*ground_point(thing), margin=EDGE_M):
             raise SceneError(
                 f"object {thing.id!r} at ({thing.x:g}, {thing.y:g}) is not on the table: x must be between "
                 f"{table.x_min:g} and {table.x_max:g}, y between {table.y_min:g} and {table.y_max:g}"

@@ -32,16 +32,16 @@ class Room:
 
     table: int
     light: Light
-    covers: dict[int, Texture]
+    textures: dict[int, Texture]
 
 
 def build_room(client: int, table: Table, rng: np.random.Generator) -> Room:
     """Build floor, walls and table into a PyBullet world; rng draws materials and light."""
     wood, paint, ground = (choices[int(rng.integers(len(choices)))] for choices in (_WOODS, _WALLS, _FLOORS))
-    covers: dict[int, Texture] = {}
-    _floor(client, ground, rng, covers)
+    textures: dict[int, Texture] = {}
+    _floor(client, ground, rng, textures)
     _walls(client, paint)
-    return Room(_table(client, table, wood, rng, covers), random_light(rng), covers)
+    return Room(_table(client, table, wood, rng, textures), random_light(rng), textures)
 
 
 def random_light(rng: np.random.Generator) -> Light:
@@ -61,7 +61,7 @@ def random_light(rng: np.random.Generator) -> Light:
     )
 
 
-def _floor(client: int, colour: Rgb, rng: np.random.Generator, covers: dict[int, Texture]) -> None:
+def _floor(client: int, colour: Rgb, rng: np.random.Generator, textures: dict[int, Texture]) -> None:
     plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
     seen = pybullet.createVisualShape(
         pybullet.GEOM_BOX,
@@ -76,7 +76,7 @@ def _floor(client: int, colour: Rgb, rng: np.random.Generator, covers: dict[int,
     pixels = np.asarray(colour) + grain
     joints = (np.arange(128) % 16 == 0)[:, None] | (np.arange(128) % 16 == 0)[None]
     pixels[joints] *= 0.93
-    covers[body] = _cover(client, body, pixels)
+    textures[body] = _apply_texture(client, body, pixels)
     pybullet.changeDynamics(body, -1, lateralFriction=0.8, physicsClientId=client)
 
 
@@ -94,7 +94,7 @@ def _walls(client: int, colour: Rgb) -> None:
         pybullet.createMultiBody(0, -1, seen, centre, physicsClientId=client)
 
 
-def _table(client: int, table: Table, wood: Rgb, rng: np.random.Generator, covers: dict[int, Texture]) -> int:
+def _table(client: int, table: Table, wood: Rgb, rng: np.random.Generator, textures: dict[int, Texture]) -> int:
     """Build top and legs as one fixed body, its frame in the middle of the surface."""
     half_x, half_y = (table.x_max - table.x_min) / 2.0, (table.y_max - table.y_min) / 2.0
     leg_height = table.height - TOP_THICKNESS_M
@@ -117,7 +117,7 @@ def _table(client: int, table: Table, wood: Rgb, rng: np.random.Generator, cover
     )
     middle = [(table.x_min + table.x_max) / 2.0, (table.y_min + table.y_max) / 2.0, table.height]
     body: int = pybullet.createMultiBody(0, touched, seen, middle, physicsClientId=client)
-    covers[body] = _cover(client, body, _grain(wood, rng))
+    textures[body] = _apply_texture(client, body, _grain(wood, rng))
     pybullet.changeDynamics(
         body, -1, lateralFriction=0.8, rollingFriction=0.0, spinningFriction=0.001, physicsClientId=client
     )
@@ -136,11 +136,11 @@ def _grain(wood: Rgb, rng: np.random.Generator, size: int = 256) -> npt.NDArray[
     return np.asarray(np.clip(np.asarray(wood) * (shade * np.where(planks, 0.90, 1.0))[..., None], 0.0, 1.0))
 
 
-def _cover(client: int, body: int, pixels: npt.NDArray[np.float64]) -> Texture:
+def _apply_texture(client: int, body: int, pixels: npt.NDArray[np.float64]) -> Texture:
     """Put a texture (H, W, 3), colours from 0 to 1, on a whole body; return it as bytes."""
     texture_bytes = (np.clip(pixels, 0.0, 1.0) * 255.0).astype(np.uint8)
     with tempfile.TemporaryDirectory(prefix="uncom_") as folder:
-        path = Path(folder) / "cover.png"
+        path = Path(folder) / "texture.png"
         Image.fromarray(texture_bytes).save(path)
         texture = pybullet.loadTexture(str(path), physicsClientId=client)
     pybullet.changeVisualShape(body, -1, textureUniqueId=texture, specularColor=[0, 0, 0], physicsClientId=client)

@@ -27,8 +27,8 @@ from uncom_sim.types import (
     Table,
 )
 from uncom_sim.world.intended_meaning import with_say
-from uncom_sim.world.placement_check import check_placing
-from uncom_sim.world.scene_variation import randomised
+from uncom_sim.world.placement_check import check_placement
+from uncom_sim.world.scene_variation import vary_scene
 
 _SCENE_FIELDS = ("objects", "say", "point_object", "point_target", "table", "person", "meaning", "name", "description",
                  "aliases")  # fmt: skip
@@ -71,7 +71,7 @@ def load_scenario(name: str, say: str | None = None, seed: int = 0) -> Scene:
     Args:
         name: for example "iv" or "which_bowl".
         say: takes the place of its sentence, see meaning.with_say.
-        seed: arranges the things, see variation.randomised; 0 leaves them as they are written.
+        seed: arranges the things, see variation.vary_scene; 0 leaves them as they are written.
 
     Raises:
         SceneError: there is no such scenario.
@@ -80,7 +80,7 @@ def load_scenario(name: str, say: str | None = None, seed: int = 0) -> Scene:
     wanted = name.strip().lower().replace("-", "_")
     for key, data in known.items():
         if wanted in (key, *data.get("aliases", ())):
-            scene = randomised(scene_from_dict(data, name=key), seed)
+            scene = vary_scene(scene_from_dict(data, name=key), seed)
             return scene if say is None else with_say(scene, say)
     listed = ", ".join(f"{key} ({', '.join(data.get('aliases', ()))})" for key, data in known.items())
     raise SceneError(f"there is no scenario {name!r}; scenarios are: {listed}")
@@ -107,7 +107,7 @@ def scene_from_dict(data: object, say: str | None = None, name: str = "scene") -
     scene = _mapping(data, "a scene", _SCENE_FIELDS)
     table = _table(scene.get("table"))
     objects = _objects(scene.get("objects"))
-    check_placing(objects, table)
+    check_placement(objects, table)
     text = scene.get("say", say)
     if not isinstance(text, str):
         raise SceneError('"say" must be the sentence that the person speaks')

@@ -13,9 +13,9 @@ import shapely
 from uncom_sim.exceptions import SceneError
 from uncom_sim.objects.catalogue import model
 from uncom_sim.objects.footprint import outline
-from uncom_sim.person.placement import Onlooker, looking_robot
+from uncom_sim.person.hand_placement import Viewpoint, robot_viewpoint
 from uncom_sim.types import Point2, Scene, SceneObject
-from uncom_sim.world.placement_check import check_placing
+from uncom_sim.world.placement_check import check_placement
 
 SHIFT_M = 0.06
 TURN_RAD = 0.6
@@ -28,7 +28,7 @@ _BESIDE_M = 0.17
 _OFFSETS = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
 
 
-def randomised(scene: Scene, seed: int) -> Scene:
+def vary_scene(scene: Scene, seed: int) -> Scene:
     """Return a scene with its things in other places; seed 0 leaves them as they are written.
 
     Everything stays in the camera's sight, apart from everything else, and within reach where it matters.
@@ -39,10 +39,10 @@ def randomised(scene: Scene, seed: int) -> Scene:
     if seed == 0:
         return scene
     rng = np.random.default_rng([seed, 3])
-    onlooker = looking_robot()
+    viewpoint = robot_viewpoint()
     for _ in range(_ATTEMPTS):
         changed = _shuffled(scene, rng)
-        if _fits(changed, onlooker):
+        if _fits(changed, viewpoint):
             return changed
     raise SceneError(f"found no other arrangement of the scene {scene.name!r}; take things off the table or use seed 0")
 
@@ -79,9 +79,9 @@ def _moved(pointed: str | Point2 | None, spots: dict[Point2, Point2]) -> str | P
     return spots[pointed] if isinstance(pointed, tuple) else pointed
 
 
-def _fits(scene: Scene, onlooker: Onlooker) -> bool:
+def _fits(scene: Scene, viewpoint: Viewpoint) -> bool:
     try:
-        check_placing(scene.objects, scene.table)
+        check_placement(scene.objects, scene.table)
     except SceneError:
         return False
     outlines = {thing.id: outline(thing) for thing in scene.objects}
@@ -92,7 +92,7 @@ def _fits(scene: Scene, onlooker: Onlooker) -> bool:
         return False
     if not all(_reachable(*place) for place in _matters(scene)):
         return False
-    if not all(in_sight(thing, scene, onlooker) for thing in scene.objects):
+    if not all(is_visible(thing, scene, viewpoint) for thing in scene.objects):
         return False
     return all(
         shapely.Point(spot).distance(shape) > FREE_RADIUS_M
@@ -130,13 +130,13 @@ def _to_stay_free(scene: Scene) -> Iterator[Point2]:
         yield (target.x + _BESIDE_M * dx, target.y + _BESIDE_M * dy)
 
 
-def everything_in_sight(scene: Scene) -> bool:
+def all_visible(scene: Scene) -> bool:
     """Whether the robot, looking at the table, has every thing wholly in its picture and not behind another."""
-    onlooker = looking_robot()
-    return all(in_sight(thing, scene, onlooker) for thing in scene.objects)
+    viewpoint = robot_viewpoint()
+    return all(is_visible(thing, scene, viewpoint) for thing in scene.objects)
 
 
-def in_sight(thing: SceneObject, scene: Scene, onlooker: Onlooker) -> bool:
+def is_visible(thing: SceneObject, scene: Scene, viewpoint: Viewpoint) -> bool:
     """Whether a thing is wholly in the picture and nothing nearer stands before its middle."""
     shape = model(thing.kind, thing.colour)
     height = float(shape.size[2])
@@ -144,11 +144,11 @@ def in_sight(thing: SceneObject, scene: Scene, onlooker: Onlooker) -> bool:
     corners = np.concatenate(
         [np.column_stack([ring, np.full(len(ring), scene.table.height + z)]) for z in (0.0, height)]
     )
-    pixels = onlooker.pixels(corners)
-    inside = (pixels > 8.0).all() and (pixels < (onlooker.camera.width - 8.0, onlooker.camera.height - 8.0)).all()
+    pixels = viewpoint.pixels(corners)
+    inside = (pixels > 8.0).all() and (pixels < (viewpoint.camera.width - 8.0, viewpoint.camera.height - 8.0)).all()
     if not inside:
         return False
-    eye = onlooker.pose[:3, 3]
+    eye = viewpoint.pose[:3, 3]
     middle = np.array([thing.x, thing.y, scene.table.height + height / 2.0])
     for other in scene.objects:
         if other.id == thing.id:

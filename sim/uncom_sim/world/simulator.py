@@ -15,8 +15,8 @@ from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import FloatArray
 
 from uncom_sim.camera.noise import CameraNoise, NoisyCamera
-from uncom_sim.camera.rasteriser import Rasteriser, Still
-from uncom_sim.camera.stage import Stage
+from uncom_sim.camera.rasteriser import Rasteriser, StaticLayer
+from uncom_sim.camera.render_scene import RenderScene
 from uncom_sim.camera.surfaces import Surface, from_bullet, painted
 from uncom_sim.camera.views import HEAD_CAMERA, look_at, overview_camera
 from uncom_sim.controllers.diff_drive import DiffDrive
@@ -25,8 +25,8 @@ from uncom_sim.controllers.robot_controllers import TRAJECTORY_CONTROLLERS
 from uncom_sim.controllers.trajectory import SetPoint
 from uncom_sim.objects.catalogue import model
 from uncom_sim.robot.description import CAMERA_FRAME
+from uncom_sim.robot.joint_names import ACTUATED, FINGERS, WHEELS
 from uncom_sim.robot.kinematics import FrameTree
-from uncom_sim.robot.names import ACTUATED, FINGERS, WHEELS
 from uncom_sim.robot.robot import TIME_STEP_S, Robot, RobotOptions
 from uncom_sim.types import Light, ObjectState, Scene
 from uncom_sim.world.contact_counter import ContactCounter
@@ -122,18 +122,18 @@ class Simulator:
         self.contacts = ContactCounter(
             self.client, self.robot.body, self.world.table_body, self.world.object_bodies, fingers
         )
-        self._stage = Stage(self.client, self._surfaces())
-        self._seen = self._stage.faces()
+        self._render_scene = RenderScene(self.client, self._surfaces())
+        self._seen = self._render_scene.faces()
         # The camera is inside the model of the head.
         head = {(self.robot.body, links[name]) for name in ("head_1_link", "head_2_link")}
-        self._seen_from_head = self._stage.faces(without=head)
+        self._seen_from_head = self._render_scene.faces(without=head)
         table, world = scene.table, self.world
         standing = {self.robot.body, world.table_body, world.hand_body, *world.object_bodies.values()}
-        casters = self._stage.faces(only=standing)
+        casters = self._render_scene.faces(only=standing)
         middle = (table.x_min, (table.y_min + table.y_max) / 2.0, table.height)
-        self._rasteriser = Rasteriser(self._stage, middle, casters)
-        self._hand_faces = self._stage.faces(only={self.world.hand_body})
-        self._still: Still | None = None
+        self._rasteriser = Rasteriser(self._render_scene, middle, casters)
+        self._hand_faces = self._render_scene.faces(only={self.world.hand_body})
+        self._static: StaticLayer | None = None
         self._overview = look_at((table.x_max + 1.05, 1.5, 1.75), (0.45, -0.05, 0.78))
 
     def _surfaces(self) -> list[Surface]:
@@ -147,7 +147,7 @@ class Simulator:
         for index in range(pybullet.getNumBodies(physicsClientId=self.client)):
             body = pybullet.getBodyUniqueId(index, physicsClientId=self.client)
             if body not in painted_bodies:
-                surfaces += from_bullet(self.client, body, world.covers.get(body))
+                surfaces += from_bullet(self.client, body, world.textures.get(body))
         return surfaces
 
     def close(self) -> None:
@@ -211,7 +211,7 @@ class Simulator:
         """Return what the head camera sees person_s after the person's start [s], physics standing still.
 
         What moves during the exposure is blurred: the colours are the mean of so many moments of it. Depth is that of
-        its middle. Whoever films does not step: what stands still is drawn only once.
+        its middle. Whoever films does not step: what stands static is drawn only once.
         """
         rgb, depth = self._filmed(person_s)
         if moments > 1:
@@ -225,18 +225,18 @@ class Simulator:
 
     def _filmed(self, person_s: float) -> tuple[Image, DepthImage]:
         pose, light = self.robot.frame(CAMERA_FRAME), self._lit()
-        if self._still is None:
+        if self._static is None:
             self.world.update_person(None)
-            self._stage.update(light.direction)
+            self._render_scene.update(light.direction)
             head = {(self.robot.body, self.robot.links[name]) for name in ("head_1_link", "head_2_link")}
-            seen = self._stage.faces(without={*head, (self.world.hand_body, -1)})
-            casters = self._stage.faces(
+            seen = self._render_scene.faces(without={*head, (self.world.hand_body, -1)})
+            casters = self._render_scene.faces(
                 only={self.robot.body, self.world.table_body, *self.world.object_bodies.values()}
             )
-            self._still = self._rasteriser.still(HEAD_CAMERA, pose, light, seen, casters)
+            self._static = self._rasteriser.static(HEAD_CAMERA, pose, light, seen, casters)
         self.world.update_person(person_s)
-        self._stage.update(light.direction)
-        return self._rasteriser.render_over(self._still, HEAD_CAMERA, pose, light, self._hand_faces)
+        self._render_scene.update(light.direction)
+        return self._rasteriser.render_moving(self._static, HEAD_CAMERA, pose, light, self._hand_faces)
 
     def render_overview(self) -> Image:
         """Return what a bystander sees now (H, W, 3)."""
@@ -249,7 +249,7 @@ class Simulator:
 
     def _draw(self, camera: PinholeCamera, pose: FloatArray, faces: IntArray) -> tuple[Image, DepthImage]:
         light = self._lit()
-        self._stage.update(light.direction)
+        self._render_scene.update(light.direction)
         return self._rasteriser.render(camera, pose, light, faces, shadows=self.options.shadows)
 
     def _lit(self) -> Light:

@@ -13,9 +13,9 @@ from scipy.spatial.transform import Rotation
 
 from uncom_sim.objects.body import body_pose, load_visual, spawn
 from uncom_sim.objects.catalogue import model
-from uncom_sim.person.hand import Hand
-from uncom_sim.person.performance import PersonPerformance, rehearse
-from uncom_sim.person.placement import Obstacle
+from uncom_sim.person.behaviour import PersonBehaviour, plan_behaviour
+from uncom_sim.person.hand_model import Hand
+from uncom_sim.person.hand_placement import Obstacle
 from uncom_sim.types import Light, ObjectState, Point2, Scene
 from uncom_sim.world.room import build_room
 
@@ -45,7 +45,7 @@ class World:
             thing.id: spawn(client, model(thing.kind, thing.colour), self._standing(thing.id), thing.yaw)
             for thing in scene.objects
         }
-        self.person: PersonPerformance = self._rehearse(person_rng)
+        self.person: PersonBehaviour = self._rehearse(person_rng)
         self._hand = _show_hand(client, self.person.hand)
         self.update_person(None)
 
@@ -60,9 +60,9 @@ class World:
         return self._room.table
 
     @property
-    def covers(self) -> dict[int, npt.NDArray[np.uint8]]:
+    def textures(self) -> dict[int, npt.NDArray[np.uint8]]:
         """Textures (H, W, 3) of floor and table by PyBullet id, for a renderer of one's own."""
-        return dict(self._room.covers)
+        return dict(self._room.textures)
 
     @property
     def object_bodies(self) -> dict[str, int]:
@@ -104,14 +104,14 @@ class World:
         below = model(thing.kind, thing.colour).bounds[0, 2]
         return np.array([thing.x, thing.y, self.scene.table.height - below + _DROP_M])
 
-    def _rehearse(self, rng: np.random.Generator) -> PersonPerformance:
+    def _rehearse(self, rng: np.random.Generator) -> PersonBehaviour:
         pointed = {"object": self.scene.point_object, "target": self.scene.point_target}
         targets = {role: self._place(what) for role, what in pointed.items() if what is not None}
         obstacles = [
             Obstacle(self._standing(thing.id), _upright_half_size(model(thing.kind, thing.colour).size, thing.yaw))
             for thing in self.scene.objects
         ]
-        return rehearse(self.scene.say, targets, obstacles, self.scene.table, self.scene.person, rng)
+        return plan_behaviour(self.scene.say, targets, obstacles, self.scene.table, self.scene.person, rng)
 
     def _place(self, what: str | Point2) -> FloatArray:
         if isinstance(what, str):

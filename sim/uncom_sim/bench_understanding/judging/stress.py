@@ -13,11 +13,11 @@ from uncom_language.types import Act, Transcript, Word
 from uncom_perception.types import Hand, HandsFrame, MetricRay, PointingRay
 from uncom_reasoner.types import GroundedCommand
 
-from uncom_sim.bench_understanding.judging.variants import true_transcript
+from uncom_sim.bench_understanding.judging.ablations import true_transcript
 from uncom_sim.bench_understanding.judging.verdict import judge
-from uncom_sim.bench_understanding.takes.casting import with_bystanders
 from uncom_sim.bench_understanding.takes.recording import TakeRecording
-from uncom_sim.bench_understanding.takes.values import TakePlan
+from uncom_sim.bench_understanding.takes.take_planning import with_bystanders
+from uncom_sim.bench_understanding.takes.types import TakePlan
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ CONFUSED = {
 }  # fmt: skip
 
 
-def filmed_plan(plan: TakePlan, curve: str, level: float) -> TakePlan | None:
+def rerendered_plan(plan: TakePlan, curve: str, level: float) -> TakePlan | None:
     """Return a take under a difficulty that has to be filmed; None if there is no room for it."""
     if curve == "motion blur":
         return replace(plan, conditions=replace(plan.conditions, exposure_s=level))
@@ -56,7 +56,7 @@ def filmed_plan(plan: TakePlan, curve: str, level: float) -> TakePlan | None:
     return with_bystanders(plan, int(level))
 
 
-def heard_otherwise(
+def perturbed_evaluation(
     chain: Chain, plan: TakePlan, recording: TakeRecording, curve: str
 ) -> Callable[[float], bool]:  # fmt: skip
     """Return a function from a level to whether the take is right then, for difficulties of words and landmarks.

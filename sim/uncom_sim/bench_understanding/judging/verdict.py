@@ -12,9 +12,9 @@ from uncom_common.primitive import Primitive
 from uncom_perception.types import Detection
 from uncom_reasoner.types import GroundedCommand, Status, TargetKind
 
-from uncom_sim.bench_understanding.takes.values import TakePlan
+from uncom_sim.bench_understanding.takes.types import TakePlan
 from uncom_sim.objects.footprint import outline
-from uncom_sim.scoring.scoring import nearest_object
+from uncom_sim.scoring.end_state import nearest_object
 from uncom_sim.types import Meaning, ObjectState, Point2, SceneObject, Table
 
 AREA_M = 0.12  # how far from the place pointed at is still "here"

@@ -18,7 +18,7 @@ from uncom_reasoner.explanation.annotated_image import annotate
 from uncom_reasoner.types import View
 
 from uncom_sim.bench_understanding.takes.recording import TakeRecording
-from uncom_sim.bench_understanding.takes.values import TakePlan
+from uncom_sim.bench_understanding.takes.types import TakePlan
 
 Picture = npt.NDArray[np.uint8]
 FloatArray = npt.NDArray[np.float64]

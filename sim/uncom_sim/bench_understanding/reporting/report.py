@@ -7,11 +7,11 @@ from collections import Counter, defaultdict
 from collections.abc import Sequence
 from typing import Any
 
-from uncom_sim.bench_understanding.judging.deciding import deciding_report
+from uncom_sim.bench_understanding.judging.decision_quality import decision_report
 from uncom_sim.bench_understanding.judging.outcome import Outcome
 from uncom_sim.bench_understanding.judging.statistics import quantile, wilson
 from uncom_sim.bench_understanding.takes.scenarios import scenario
-from uncom_sim.bench_understanding.takes.values import SUBJECTS
+from uncom_sim.bench_understanding.takes.types import SUBJECTS
 
 PAPER_RIGHT, PAPER_TAKES = 131, 159
 ABLATIONS = ("true_words", "true_detections", "no_gesture", "gesture_only")
@@ -38,7 +38,7 @@ def report_of(outcomes: Sequence[Outcome], *, seed: int, jobs: int, wall_s: floa
         "ablations": {name: _variant(outcomes, name) for name in ABLATIONS},
         "checks": _checks(outcomes),
         "relations": _confusion(outcomes),
-        "deciding": deciding_report(outcomes),
+        "deciding": decision_report(outcomes),
         "latency_s": _latency(outcomes),
         "made": {"takes": len(made), "cpu_s": round(sum(made) / len(made), 2) if made else 0.0},
         "jobs": jobs,

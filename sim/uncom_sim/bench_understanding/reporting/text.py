@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from uncom_sim.bench_understanding.judging.deciding import deciding_text
+from uncom_sim.bench_understanding.judging.decision_quality import decision_text
 
 
 def report_text(report: Mapping[str, Any]) -> str:
@@ -32,7 +32,7 @@ def _lines(report: Mapping[str, Any]) -> Iterator[str]:
             yield f"{label:<52}{of['takes']:>6}{of['right']:>7}   {_interval(of['interval'])}"
     yield ""
     if report["deciding"]["takes"]:
-        yield deciding_text(report["deciding"])
+        yield decision_text(report["deciding"])
         yield ""
     yield from _misses(report)
     yield from _others(report)

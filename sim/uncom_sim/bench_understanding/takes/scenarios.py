@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from uncom_sim.bench_understanding.takes.values import Cast, Rivals, Scenario
+from uncom_sim.bench_understanding.takes.types import Cast, Rivals, Scenario
 from uncom_sim.exceptions import SceneError
 
 

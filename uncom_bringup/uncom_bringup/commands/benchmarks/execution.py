@@ -39,25 +39,24 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the benchmark; 0 if nothing failed, 1 if something did."""
     with simulator_needed():
-        from uncom_sim.bench_execution import in_a_row as bench_in_a_row  # noqa: PLC0415
-        from uncom_sim.bench_execution import run as bench_execution  # noqa: PLC0415  (only when it runs)
-        from uncom_sim.bench_execution import stops as bench_stops  # noqa: PLC0415
+        from uncom_sim.bench_execution import consecutive_commands, stop_trials  # noqa: PLC0415  (only when it runs)
+        from uncom_sim.bench_execution import run as bench_execution  # noqa: PLC0415
         from uncom_sim.cluster.task_pool import PoolOptions  # noqa: PLC0415
     if options.runs < 1:
         raise BadInputError("--runs must be at least 1")
     if options.in_a_row:
-        turns = bench_in_a_row.run_in_a_row(options.in_a_row, options.seed, output.note)
+        turns = consecutive_commands.run_consecutive_commands(options.in_a_row, options.seed, output.note)
         if options.json:
             output.emit_json(turns)
         else:
-            output.emit(bench_in_a_row.table(turns))
+            output.emit(consecutive_commands.table(turns))
         return 0 if turns["succeeded"] == options.in_a_row else 1
     if options.stops:
-        stopped = bench_stops.run_stops(options.stops, options.seed, output.note)
+        stopped = stop_trials.run_stops(options.stops, options.seed, output.note)
         if options.json:
             output.emit_json(stopped)
         else:
-            output.emit(bench_stops.table(stopped))
+            output.emit(stop_trials.table(stopped))
         return 0 if stopped["usable"] == stopped["still"] == options.stops else 1
     shots = Path(options.shots) if options.shots else None
     if shots is not None:

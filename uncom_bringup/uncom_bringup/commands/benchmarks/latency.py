@@ -68,7 +68,7 @@ def report_text(report: Mapping[str, Any]) -> str:
 def _made(folder: Path, seed: int, count: int) -> list[Path]:
     """Make takes of the benchmark's scenarios as bags."""
     with simulator_needed("name bags to play"):
-        from uncom_sim.bench_understanding.takes.casting import plan_takes  # noqa: PLC0415
-        from uncom_sim.bench_understanding.takes.studio import make_take  # noqa: PLC0415
-        from uncom_sim.ros.take_bag import write_bag  # noqa: PLC0415
+        from uncom_sim.bench_understanding.ros.take_bag import write_bag  # noqa: PLC0415
+        from uncom_sim.bench_understanding.takes.take_planning import plan_takes  # noqa: PLC0415
+        from uncom_sim.bench_understanding.takes.take_synthesis import make_take  # noqa: PLC0415
     return [write_bag(make_take(plan), folder / f"{plan.name}.mcap") for plan in plan_takes(seed, (), count)]

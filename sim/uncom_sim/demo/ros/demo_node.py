@@ -11,7 +11,7 @@ from std_srvs.srv import Trigger
 from uncom_common.conversions import seconds_from_msg
 
 from uncom_interfaces.msg import SimState
-from uncom_sim.driver.conversions import object_states_from_msg
+from uncom_sim.driver.ros.conversions import object_states_from_msg
 from uncom_sim.types import ObjectState
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What physics says about acts that leave nothing behind: pouring, holding out, pointing, and what is held at the end.
 
-A witness notes now and then where the things and the hands are; afterwards each act is judged by what was noted.
+A observer notes now and then where the things and the hands are; afterwards each act is judged by what was noted.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import shapely
 
 from uncom_sim.objects.catalogue import model
 from uncom_sim.objects.footprint import outline
-from uncom_sim.scoring.scoring import PhysicalResult
+from uncom_sim.scoring.end_state import PhysicalResult
 from uncom_sim.types import FloatArray, Meaning, ObjectState, SceneObject, Table
 from uncom_sim.world.simulator import Simulator
 
@@ -43,7 +43,7 @@ class Moment:
     hands: tuple[FloatArray, FloatArray]
 
 
-class Witness:
+class ActObserver:
     """Notes a moment each time it is called."""
 
     def __init__(self, simulator: Simulator, goal: Meaning) -> None:
@@ -73,7 +73,7 @@ def judge_act(
     Args:
         act: "pick", "give", "pour", "point", or anything else: then the hands have to be empty.
         result: what the end state says.
-        moments: what the witness noted, in the order of time.
+        moments: what the observer noted, in the order of time.
         things: the object and the target as they were before.
         held: ids of what is between two fingers at the end.
         table: the table.

@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation, Slerp
 
-from uncom_sim.person.hand import Hand, build_hand
+from uncom_sim.person.acoustics import recorded, with_pause
+from uncom_sim.person.attributes import PersonAttributes, draw_attributes
+from uncom_sim.person.hand_model import Hand, build_hand
+from uncom_sim.person.hand_placement import ARM_AZIMUTH, Obstacle, Placement, place_hand, robot_viewpoint
 from uncom_sim.person.phrases import find_phrases
-from uncom_sim.person.placement import ARM_AZIMUTH, Obstacle, Placement, looking_robot, place_hand
-from uncom_sim.person.sound import recorded, with_pause
-from uncom_sim.person.traits import Traits, decide
 from uncom_sim.person.voice import speak
 from uncom_sim.types import SIDES, PersonOptions, SpokenWord, Table
 
@@ -54,7 +54,7 @@ class Move:
 
 
 @dataclass(frozen=True, slots=True)
-class PersonPerformance:
+class PersonBehaviour:
     """All that the person does; times count from the start of the performance [s].
 
     samples are mono, 16 kHz, and last for duration_s; words carry the true times; pointing is the truth for scoring.
@@ -66,7 +66,7 @@ class PersonPerformance:
     hand: Hand
     moves: tuple[Move, ...]
     pointing: tuple[Pointing, ...]
-    traits: Traits
+    attributes: PersonAttributes
 
     def hand_at(self, t_s: float) -> FloatArray | None:
         """Return the pose (4, 4) of the hand frame in base_footprint at a time [s], or None while it is away."""
@@ -78,20 +78,20 @@ class PersonPerformance:
         phases = np.array([7.3, 9.1, 8.2]) * 2.0 * np.pi * t_s
         slow = np.array([0.9, 1.3, 1.1]) * 2.0 * np.pi * t_s + np.array([0.0, 1.0, 2.0])
         pose[:3, 3] += _TREMOR_M * (0.25 * np.sin(phases) + 0.75 * np.sin(slow))
-        if self.traits.waver > 0.0:
+        if self.attributes.waver > 0.0:
             sway = np.array([0.55, 0.7, 0.45]) * 2.0 * np.pi * t_s + np.array([0.3, 2.0, 4.0])
-            pose[:3, 3] += self.traits.waver * np.sin(sway) * (1.0, 1.0, 0.5)
+            pose[:3, 3] += self.attributes.waver * np.sin(sway) * (1.0, 1.0, 0.5)
         return pose
 
 
-def rehearse(
+def plan_behaviour(
     say: str,
     targets: Mapping[str, FloatArray],
     obstacles: Sequence[Obstacle],
     table: Table,
     options: PersonOptions,
     rng: np.random.Generator,
-) -> PersonPerformance:
+) -> PersonBehaviour:
     """Plan a performance.
 
     Args:
@@ -105,9 +105,9 @@ def rehearse(
     Raises:
         VoiceError: the voice is not known.
     """
-    traits = decide(options, rng)
-    hand = build_hand(traits.hand, traits.size, traits.skin, traits.sleeve)
-    spoken = speak(say, traits.voice, traits.speed, traits.pitch)
+    attributes = draw_attributes(options, rng)
+    hand = build_hand(attributes.hand, attributes.size, attributes.skin, attributes.sleeve)
+    spoken = speak(say, attributes.voice, attributes.speed, attributes.pitch)
     spans = find_phrases([word.text for word in spoken.words])
     ranges = {
         role: span for role in ("object", "target") if role in targets and (span := getattr(spans, role)) is not None
@@ -115,20 +115,20 @@ def rehearse(
     # Saying only "this" or "here" with one gesture: the phrase there is goes with the gesture there is.
     if targets and not ranges and (span := spans.object or spans.target) is not None:
         ranges = {next(iter(targets)): span}
-    placements = _placements(hand, {r: targets[r] for r in ranges}, traits.side, obstacles, table, rng)
-    traits = replace(traits, side=placements[0]) if placements is not None else traits
+    placements = _placements(hand, {r: targets[r] for r in ranges}, attributes.side, obstacles, table, rng)
+    attributes = replace(attributes, side=placements[0]) if placements is not None else attributes
     poses = placements[1] if placements is not None else {}
     if len(ranges) == 2:
-        short = _move_s(poses["object"], poses["target"]) + traits.lead + traits.lag
+        short = _move_s(poses["object"], poses["target"]) + attributes.lead + attributes.lag
         short -= spoken.words[ranges["target"][0]].start_s - spoken.words[ranges["object"][1] - 1].end_s
         spoken = with_pause(spoken, ranges["object"][1] - 1, min(max(short, 0.0), _LONGEST_PAUSE_S))
     first = min((spoken.words[span[0]].start_s for span in ranges.values()), default=1.0)
-    start_s = max(_BEFORE_S + 0.2, _BEFORE_S + _ENTER_S + traits.lead - first)
+    start_s = max(_BEFORE_S + 0.2, _BEFORE_S + _ENTER_S + attributes.lead - first)
     words = tuple(replace(w, start_s=w.start_s + start_s, end_s=w.end_s + start_s) for w in spoken.words)
-    moves, pointing = _choreography(words, ranges, poses, traits)
+    moves, pointing = _choreography(words, ranges, poses, attributes)
     last = max([start_s + spoken.duration_s, *(m.end_s for m in moves)])
-    samples = recorded(spoken, start_s, last + _AFTER_S, traits.noise, traits.reverb, rng)
-    return PersonPerformance(samples, words, last + _AFTER_S, hand, moves, pointing, traits)
+    samples = recorded(spoken, start_s, last + _AFTER_S, attributes.noise, attributes.reverb, rng)
+    return PersonBehaviour(samples, words, last + _AFTER_S, hand, moves, pointing, attributes)
 
 
 def _placements(
@@ -142,10 +142,10 @@ def _placements(
     """Choose where to stand, and the pose of the hand for every target."""
     if not targets:
         return None
-    onlooker = looking_robot()
+    viewpoint = robot_viewpoint()
     sides = SIDES if side is None else (side,)
     options = {
-        s: {role: place_hand(hand, at, s, obstacles, table, onlooker) for role, at in targets.items()} for s in sides
+        s: {role: place_hand(hand, at, s, obstacles, table, viewpoint) for role, at in targets.items()} for s in sides
     }
     costs = {s: max(_effort(p, s, table) for p in poses.values()) for s, poses in options.items()}
     good = [s for s in sides if costs[s] <= min(costs.values()) + 0.25]
@@ -164,28 +164,28 @@ def _choreography(
     words: Sequence[SpokenWord],
     ranges: Mapping[str, tuple[int, int]],
     poses: Mapping[str, Placement],
-    traits: Traits,
+    attributes: PersonAttributes,
 ) -> tuple[tuple[Move, ...], tuple[Pointing, ...]]:
     moves: list[Move] = []
     pointing: list[Pointing] = []
     for role, (begin, end) in sorted(ranges.items(), key=lambda item: item[1]):
         pose = poses[role].pose
-        arrive = words[begin].start_s - traits.lead
+        arrive = words[begin].start_s - attributes.lead
         if not moves:
-            moves.append(Move(arrive - _ENTER_S, arrive, _away(pose, str(traits.side)), pose, 0.0))
+            moves.append(Move(arrive - _ENTER_S, arrive, _away(pose, str(attributes.side)), pose, 0.0))
         else:
             leave = pointing[-1].end_s
-            arrive = min(max(arrive, leave + 0.4), words[begin].start_s + max(0.15, -traits.lead))
+            arrive = min(max(arrive, leave + 0.4), words[begin].start_s + max(0.15, -attributes.lead))
             depart = max(leave, arrive - 1.2 * _move_s(poses[pointing[-1].role], poses[role]))
             arch = 0.2 * float(np.linalg.norm(pose[:3, 3] - moves[-1].end[:3, 3]))
             pointing[-1] = replace(pointing[-1], end_s=depart)
             moves.append(Move(depart, arrive, moves[-1].end, pose, arch))
-        stay = max(words[end - 1].end_s + traits.lag, arrive + _SHORTEST_S)
+        stay = max(words[end - 1].end_s + attributes.lag, arrive + _SHORTEST_S)
         pointing.append(Pointing(role, poses[role].target, arrive, stay))
     if moves:
         gone = pointing[-1].end_s + _DWELL_S
         pointing[-1] = replace(pointing[-1], end_s=gone)
-        moves.append(Move(gone, gone + _LEAVE_S, moves[-1].end, _away(moves[-1].end, str(traits.side)), 0.0))
+        moves.append(Move(gone, gone + _LEAVE_S, moves[-1].end, _away(moves[-1].end, str(attributes.side)), 0.0))
     return tuple(moves), tuple(pointing)
 
 

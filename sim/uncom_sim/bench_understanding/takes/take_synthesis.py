@@ -13,10 +13,10 @@ from uncom_bringup.bags import image_codec
 from uncom_bringup.bags.image_codec import encode_depth, encode_jpeg
 
 from uncom_sim.bench_understanding.takes.recording import Link, StoredFrame, TakeRecording, TruePointing, Truth
-from uncom_sim.bench_understanding.takes.values import TakePlan
+from uncom_sim.bench_understanding.takes.types import TakePlan
 from uncom_sim.camera.noise import CameraNoise
 from uncom_sim.camera.views import HEAD_CAMERA
-from uncom_sim.person.performance import PersonPerformance
+from uncom_sim.person.behaviour import PersonBehaviour
 from uncom_sim.robot.description import CAMERA_FRAME
 from uncom_sim.types import SpokenWord
 from uncom_sim.world.simulator import Frames, Simulator, SimulatorOptions
@@ -28,12 +28,14 @@ _BLUR_PX = 1.5  # motion during the exposure from which on it is drawn
 _FAST_PX = 10.0
 # Whose change makes other takes of the same plan.
 _SOURCES = (
+    "types.py",
     "person",
     "objects",
     "camera",
-    "world/room.py",
-    "world/world.py",
-    "bench_understanding/takes/studio.py",
+    "robot",
+    "world",
+    "bench_understanding/takes/options.py",
+    "bench_understanding/takes/take_synthesis.py",
     "bench_understanding/takes/recording.py",
 )
 
@@ -79,25 +81,25 @@ def make_take(plan: TakePlan) -> TakeRecording:
                     for p in person.pointing
                 ),
                 simulator.object_states(),
-                str(person.traits.side or ""),
+                str(person.attributes.side or ""),
             ),
         )
     finally:
         simulator.close()
 
 
-def _count(person: PersonPerformance) -> int:
+def _count(person: PersonBehaviour) -> int:
     """Return how many images matter: all up to a while after the last word."""
     last = person.words[-1].end_s + _AFTER_WORDS_S if person.words else person.duration_s
     return int(np.floor(min(last, person.duration_s) * RATE_HZ)) + 1
 
 
-def _frame(simulator: Simulator, person: PersonPerformance, time_s: float, exposure_s: float) -> StoredFrame:
+def _frame(simulator: Simulator, person: PersonBehaviour, time_s: float, exposure_s: float) -> StoredFrame:
     rgb, depth = simulator.film(time_s, exposure_s, moments_of(person, time_s, exposure_s))
     return StoredFrame(START_S + time_s, encode_jpeg(rgb), encode_depth(depth))
 
 
-def moments_of(person: PersonPerformance, time_s: float, exposure_s: float) -> int:
+def moments_of(person: PersonBehaviour, time_s: float, exposure_s: float) -> int:
     """Return how many moments of the exposure have to be drawn for a smooth blur: an odd number, 1 for none."""
     ends = [person.hand_at(time_s + share * exposure_s) for share in (-0.5, 0.5)]
     if ends[0] is None or ends[1] is None:

@@ -28,11 +28,11 @@ def sources_digest() -> str:
     return digest.hexdigest()[:16]
 
 
-class Journal:
+class RunCheckpoint:
     """A file with one outcome a line."""
 
     def __init__(self, folder: Path, identity: dict[str, Any], *, fresh: bool = False) -> None:
-        """Open the journal of a run of this identity (options, plans and sources)."""
+        """Open the checkpoint of a run of this identity (options, plans and sources)."""
         name = hashlib.sha256(json.dumps(identity, sort_keys=True, default=str).encode()).hexdigest()[:16]
         self._path = folder / "runs" / f"{name}.jsonl"
         self._path.parent.mkdir(parents=True, exist_ok=True)

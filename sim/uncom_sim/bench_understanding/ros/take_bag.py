@@ -17,7 +17,7 @@ from uncom_bringup.monitor.conversions import COMPRESSED_FORMATS
 from uncom_common.conversions import camera_to_msg, header_to_msg, stamped_transform_to_msg
 
 from uncom_sim.bench_understanding.takes.recording import StoredFrame, TakeRecording
-from uncom_sim.driver.conversions import audio_info_to_msg, audio_to_msg
+from uncom_sim.driver.ros.conversions import audio_info_to_msg, audio_to_msg
 
 _CHUNK_S = 0.05
 

@@ -17,7 +17,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from uncom_sim.controllers.joint_trajectory import Outcome
 from uncom_sim.controllers.trajectory import ErrorCode, TrajectoryError, check
-from uncom_sim.driver.conversions import (
+from uncom_sim.driver.ros.conversions import (
     controller_state_to_msg,
     feedback_to_msg,
     result_to_msg,
@@ -29,7 +29,7 @@ from uncom_sim.world.simulator import Simulator
 Defer = Callable[[Callable[[], None]], None]
 
 
-class TrajectoryPort:
+class TrajectoryActionServer:
     """Offers `/<controller>/follow_joint_trajectory`, `/joint_trajectory` and `/controller_state`.
 
     Callbacks only check and hand over; `begin`, `watch` and `report` run in the thread that steps the simulation.

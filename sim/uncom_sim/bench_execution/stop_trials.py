@@ -23,13 +23,13 @@ from uncom_tiago_exec.scene.base_frame import task_in_odom
 from uncom_tiago_exec.types import ManipulationTask, Outcome, Stage, Status
 
 from uncom_sim.bench_execution.cases import Case
-from uncom_sim.bench_execution.next_command import Part, next_command, random_scene
+from uncom_sim.bench_execution.command_generation import WorkArea, next_command, random_scene
 from uncom_sim.bench_execution.run import home_error, task_of
 from uncom_sim.bench_execution.stepped_robot import SteppedRobot
 from uncom_sim.exceptions import SceneError
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.robot.robot import TIME_STEP_S
-from uncom_sim.scoring.scoring import judge
+from uncom_sim.scoring.end_state import judge
 from uncom_sim.types import Scene
 from uncom_sim.world.simulator import Simulator
 
@@ -55,7 +55,7 @@ _FRUITLESS = 12  # commands in a row in which the stage that is wanted does not 
 
 
 @dataclass(frozen=True, slots=True)
-class Stop:
+class StopResult:
     """One stop: in which stage, driving or not, and what came of the commands after it until one succeeded.
 
     speed is how fast the fastest joint [rad/s, m/s] or the base still was, moved how far anything went after that.
@@ -73,12 +73,12 @@ class Stop:
         return self.speed < _SETTLING and self.moved < _STILL
 
 
-class Stopped:
+class StopTrial:
     """One robot that is given commands and stopped at random moments of them."""
 
-    def __init__(self, scene: Scene, seed: int, part: Part | None = None) -> None:
-        """Put the robot before the scene; part is where on the table things are to be put."""
-        self._part = part
+    def __init__(self, scene: Scene, seed: int, area: WorkArea | None = None) -> None:
+        """Put the robot before the scene; area is where on the table things are to be put."""
+        self._part = area
         self.simulator = Simulator(scene, seed)
         self.machine = SteppedRobot(self.simulator)
         self.start = self.machine.positions()
@@ -90,7 +90,7 @@ class Stopped:
         self._number = 0
         self._last: ManipulationTask | None = None
 
-    def stop(self, wanted: Stage) -> Stop | None:
+    def stop(self, wanted: Stage) -> StopResult | None:
         """Give a command and stop it in a stage, or shortly after; None if it came to its end before."""
         self._wanted = wanted
         outcome, _ = self._command()
@@ -103,7 +103,7 @@ class Stopped:
         while len(after) < _TRIES and not (after and after[-1][0]):
             outcome, said = self._command()
             after.append((outcome.success, said))
-        return Stop(stage, driving, speed, moved, tuple(after))
+        return StopResult(stage, driving, speed, moved, tuple(after))
 
     def _report(self, status: Status) -> None:
         self._driving = "driving" in status.detail
@@ -175,16 +175,16 @@ def run_stops(
     seed: int = 0,
     say: Callable[[str], None] = lambda _: None,
     scene: Scene | None = None,
-    part: Part | None = None,
+    area: WorkArea | None = None,
 ) -> dict[str, Any]:
     """Stop a robot so many times and return the JSON object; say is told of each stop.
 
-    Without a scene a few things stand about; part is where on the table things are to be put.
+    Without a scene a few things stand about; area is where on the table things are to be put.
     """
     began = time.monotonic()
     scene = scene or random_scene(_KINDS, np.random.default_rng([seed, 31]))
-    robot, fruitless = Stopped(scene, seed, part), 0
-    stops: list[Stop] = []
+    robot, fruitless = StopTrial(scene, seed, area), 0
+    stops: list[StopResult] = []
     ended = ""
     try:
         while len(stops) < count and fruitless < _FRUITLESS:
@@ -215,7 +215,7 @@ def run_stops(
     }
 
 
-def summary_of_stops(stops: list[Stop]) -> dict[str, Any]:
+def summary_of_stops(stops: list[StopResult]) -> dict[str, Any]:
     """Return the totals: next_succeeded is of the very next command, usable of one of the next three."""
     return {
         "stops": len(stops),

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from uncom_common.primitive import Primitive
 
-from uncom_sim.bench_understanding.takes.arranging import arranged, beside
+from uncom_sim.bench_understanding.takes.object_placement import arrange_objects, place_additional
 from uncom_sim.bench_understanding.takes.scenarios import scenarios
-from uncom_sim.bench_understanding.takes.values import Cast, Conditions, Rivals, Scenario, TakePlan
+from uncom_sim.bench_understanding.takes.types import Cast, Conditions, Rivals, Scenario, TakePlan
 from uncom_sim.exceptions import SceneError
 from uncom_sim.objects.catalogue import natural_colour
 from uncom_sim.person.voice import VOICES
@@ -80,7 +80,7 @@ def plan_take(scenario: Scenario, index: int, seed: int) -> TakePlan:
     )
     for _ in range(_ATTEMPTS):
         things = _things(scenario, cast, rng)
-        placed = arranged(things, relation, scenario, rng)
+        placed = arrange_objects(things, relation, scenario, rng)
         if placed is not None:
             objects, area = placed
             break
@@ -116,7 +116,7 @@ def with_bystanders(plan: TakePlan, count: int) -> TakePlan | None:
     if len(kinds) < count:
         return None
     more = tuple(SceneObject(f"bystander_{i + 1}", k, _colour(k, rng), 0.0, 0.0) for i, k in enumerate(kinds))
-    placed = beside(plan.scene, more, rng)
+    placed = place_additional(plan.scene, more, rng)
     return None if placed is None else replace(plan, scene=replace(plan.scene, objects=placed))
 
 

@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from uncom_sim.bench_understanding.takes.values import Scenario
+from uncom_sim.bench_understanding.takes.types import Scenario
 from uncom_sim.objects.footprint import outline
 from uncom_sim.types import Point2, Scene, SceneObject, Table
-from uncom_sim.world.scene_variation import everything_in_sight
+from uncom_sim.world.scene_variation import all_visible
 
 GAP_M = 0.045  # between any two things
 AREA_RADIUS_M = 0.12
@@ -31,7 +31,7 @@ _LARGEST_M = 0.07  # a long thing can be turned
 DIRECTIONS = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
 
 
-def arranged(
+def arrange_objects(
     things: Sequence[SceneObject], relation: str, scenario: Scenario, rng: np.random.Generator
 ) -> tuple[tuple[SceneObject, ...], Point2 | None] | None:
     """Place things on the table; the other value is the free place that is meant, for the relation "area".
@@ -51,7 +51,7 @@ def arranged(
     if relation == "area" and area is None:
         return None
     scene = Scene(objects=tuple(placed), say="", table=table)
-    if not everything_in_sight(scene):
+    if not all_visible(scene):
         return None
     by_id = {thing.id: thing for thing in placed}
     if scenario.target == "relative area" and not _room_beside(by_id["object"], by_id["target"], placed, relation):
@@ -59,7 +59,9 @@ def arranged(
     return tuple(placed), area
 
 
-def beside(scene: Scene, more: Sequence[SceneObject], rng: np.random.Generator) -> tuple[SceneObject, ...] | None:
+def place_additional(
+    scene: Scene, more: Sequence[SceneObject], rng: np.random.Generator
+) -> tuple[SceneObject, ...] | None:
     """Return a scene's things with more of them in free places, out of the way of what is asked for; None: no room."""
     meant = scene.meaning
     for _ in range(_TRIES):
@@ -73,9 +75,7 @@ def beside(scene: Scene, more: Sequence[SceneObject], rng: np.random.Generator) 
                 break
             placed.append(found)
             shapes.append(outline(found))
-        if len(placed) < len(scene.objects) + len(more) or not everything_in_sight(
-            replace(scene, objects=tuple(placed))
-        ):
+        if len(placed) < len(scene.objects) + len(more) or not all_visible(replace(scene, objects=tuple(placed))):
             continue
         by_id = {thing.id: thing for thing in placed}
         sided = meant is not None and meant.target is not None and meant.relation not in ("in", "on")

@@ -21,7 +21,7 @@ _SLEEVES: tuple[Rgb, ...] = (
 
 
 @dataclass(frozen=True, slots=True)
-class Traits:
+class PersonAttributes:
     """A person with nothing left open but the side to stand on; meaning and units as in PersonOptions."""
 
     side: str | None
@@ -39,9 +39,9 @@ class Traits:
     sleeve: Rgb
 
 
-def decide(options: PersonOptions, rng: np.random.Generator) -> Traits:
-    """Let rng decide what the options leave open."""
-    drawn = Traits(
+def draw_attributes(options: PersonOptions, rng: np.random.Generator) -> PersonAttributes:
+    """Draw what the options leave open."""
+    drawn = PersonAttributes(
         side=None,
         hand=str(rng.choice(HANDS)),
         skin=float(rng.uniform(0.0, 0.8)),
@@ -57,5 +57,5 @@ def decide(options: PersonOptions, rng: np.random.Generator) -> Traits:
         sleeve=_SLEEVES[int(rng.integers(len(_SLEEVES)))],
     )
     fixed = {name: getattr(options, name) for name in PersonOptions.__dataclass_fields__}
-    values = {name: getattr(drawn, name) for name in Traits.__dataclass_fields__}
-    return Traits(**values | {name: value for name, value in fixed.items() if value is not None})
+    values = {name: getattr(drawn, name) for name in PersonAttributes.__dataclass_fields__}
+    return PersonAttributes(**values | {name: value for name, value in fixed.items() if value is not None})

@@ -13,18 +13,18 @@ from uncom_perception.types import HandsFrame
 from uncom_reasoner.detector_phrases import is_place_word
 from uncom_reasoner.types import Evidence, GroundedCommand
 
+from uncom_sim.bench_understanding.judging.failure_stage import same_request
+from uncom_sim.bench_understanding.judging.ground_truth_scene import true_scene
 from uncom_sim.bench_understanding.judging.paper_rules import decide_as_published
-from uncom_sim.bench_understanding.judging.staging import same_request
-from uncom_sim.bench_understanding.judging.truth_scene import true_scene
 from uncom_sim.bench_understanding.judging.verdict import Verdict, judge
 from uncom_sim.bench_understanding.takes.recording import TakeRecording
-from uncom_sim.bench_understanding.takes.values import TakePlan
+from uncom_sim.bench_understanding.takes.types import TakePlan
 
 _MARKS = ".,!?;:\"'"
 
 
 @dataclass(frozen=True, slots=True)
-class Studied:
+class AblationResults:
     """What the variants of one take came to; true_command is what perfect hearing would have given.
 
     swapped_fits tells that the swapped sentence asks for the same as the take's own.
@@ -35,9 +35,9 @@ class Studied:
     swapped_fits: bool = False
 
 
-def study(
+def run_ablations(
     chain: Chain, plan: TakePlan, recording: TakeRecording, result: ChainResult, first: Grounding | None, swapped: str
-) -> Studied:
+) -> AblationResults:
     """Decide a take in every other way; swapped is the sentence of another take ("" for none)."""
     states, hands = recording.truth.states, result.hands
     true = _grounded(chain, recording, true_transcript(recording), hands, first)
@@ -58,7 +58,7 @@ def study(
         other = _grounded(chain, recording, retimed(swapped, recording), hands, first)
         verdicts["swapped_words"] = judge(plan, states, other.decision.grounded if other else None)
         fits = true is not None and other is not None and same_request(true.command, other.command)
-    return Studied(verdicts, true.command if true else None, fits)
+    return AblationResults(verdicts, true.command if true else None, fits)
 
 
 def true_transcript(recording: TakeRecording) -> Transcript:

@@ -17,7 +17,7 @@ _BRISTLE = 0.001  # [m] the fingers give before they slip
 _CORRECTION = 0.5  # share of that made good in one step
 
 
-class Spindles:
+class FingerFriction:
     """The two fingers of one gripper: joints of a body, by their indices."""
 
     def __init__(self, client: int, body: int, side: str, fingers: tuple[int, int]) -> None:

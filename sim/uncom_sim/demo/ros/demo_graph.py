@@ -23,12 +23,12 @@ from uncom_bringup.monitor.run_record import Event, RunRecord
 from uncom_bringup.replay.recorder_node import RecorderNode
 from uncom_common.conversions import seconds_from_msg
 
-from uncom_sim.demo.demo_node import DemoNode
+from uncom_sim.demo.ros.demo_node import DemoNode
 
 _OVERVIEW = "/sim/overview/image_raw"
 
 
-class Listeners:
+class DemoListeners:
     """Everything of the demo that listens; nothing of it does any of the six nodes' work."""
 
     def __init__(self, domain: int, on_event: Callable[[Event], None], bag: Path | None, force: bool = False) -> None:

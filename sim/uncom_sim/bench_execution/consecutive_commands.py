@@ -22,12 +22,12 @@ from uncom_tiago_exec.robot.robot_model import RobotModel
 from uncom_tiago_exec.scene.base_frame import task_in_odom
 from uncom_tiago_exec.types import Stage
 
-from uncom_sim.bench_execution.next_command import next_command, random_scene
+from uncom_sim.bench_execution.command_generation import next_command, random_scene
 from uncom_sim.bench_execution.run import MOVED_M, home_error, task_of
 from uncom_sim.bench_execution.stepped_robot import SteppedRobot
 from uncom_sim.exceptions import SceneError
 from uncom_sim.robot.description import tiago_urdf
-from uncom_sim.scoring.scoring import judge
+from uncom_sim.scoring.end_state import judge
 from uncom_sim.world.simulator import Simulator
 
 _KINDS = ("can", "box", "cup", "bottle", "apple")
@@ -37,7 +37,7 @@ _MB = 1e6
 
 
 @dataclass(frozen=True, slots=True)
-class Turn:
+class CommandResult:
     """What came of one command: its words, whether it succeeded by physics, and how the robot stood afterwards.
 
     home_error is 0 while something is held; refused is whether nothing was moved; moved_m is of the bystander that
@@ -54,7 +54,7 @@ class Turn:
     asked: str = ""
 
 
-def run_in_a_row(count: int, seed: int = 0, say: Callable[[str], None] = lambda _: None) -> dict[str, Any]:
+def run_consecutive_commands(count: int, seed: int = 0, say: Callable[[str], None] = lambda _: None) -> dict[str, Any]:
     """Give commands one after the other and return the JSON object; say is told of each.
 
     "ended" says why there are fewer than were wanted, if so.
@@ -64,26 +64,28 @@ def run_in_a_row(count: int, seed: int = 0, say: Callable[[str], None] = lambda 
     """
     began, rng = time.monotonic(), np.random.default_rng([seed, 23])
     simulator = Simulator(random_scene(_KINDS, rng), seed)
-    turns: list[Turn] = []
+    results: list[CommandResult] = []
     ended = ""
     try:
         machine = SteppedRobot(simulator)
-        row = _Row(machine, Engine(RobotModel(tiago_urdf()), machine, ExecutionConfig(seed=seed + 1), lambda _: None))
+        sequence = _CommandSequence(
+            machine, Engine(RobotModel(tiago_urdf()), machine, ExecutionConfig(seed=seed + 1), lambda _: None)
+        )
         for number in range(count):
             try:
-                turns.append(row.turn(number, rng))
+                results.append(sequence.result(number, rng))
             except SceneError as error:  # what was measured so far is not lost
                 ended = str(error)
                 say(f"ended before command {number + 1}: {ended}")
                 break
-            say(f"{number + 1:3d} {'ok ' if turns[-1].success else 'BAD'} {turns[-1].asked}: {turns[-1].said}")
+            say(f"{number + 1:3d} {'ok ' if results[-1].success else 'BAD'} {results[-1].asked}: {results[-1].said}")
         touches, bystanders = simulator.contacts.table, simulator.contacts.bystanders
     finally:
         simulator.close()
-    if not turns:
+    if not results:
         raise SceneError(ended or "no command was wanted")
     return {
-        **summary_in_a_row(turns),
+        **summarise_commands(results),
         "table_contacts": touches,
         "bystander_contacts": bystanders,
         "ended": ended,
@@ -92,7 +94,7 @@ def run_in_a_row(count: int, seed: int = 0, say: Callable[[str], None] = lambda 
     }
 
 
-class _Row:
+class _CommandSequence:
     """One robot that is given command after command."""
 
     def __init__(self, machine: SteppedRobot, engine: Engine) -> None:
@@ -102,7 +104,7 @@ class _Row:
         self._start = machine.positions()
         self._held = ""  # id of the thing in the hand
 
-    def turn(self, number: int, rng: np.random.Generator) -> Turn:
+    def result(self, number: int, rng: np.random.Generator) -> CommandResult:
         """Give the next command, and judge what came of it."""
         machine, simulator = self._machine, self._machine.simulator
         before, scene = simulator.object_states(), simulator.world.scene
@@ -112,7 +114,7 @@ class _Row:
         physical = judge(before, simulator.object_states(), case.meaning, scene.table)
         self._held = case.meaning.object if outcome.in_hand else ""
         held_up = outcome.success and not physical.success
-        return Turn(
+        return CommandResult(
             f"{outcome.reason} ({physical.reason})" if held_up else outcome.reason,
             outcome.success and physical.success,
             0.0 if self._held else home_error(self._start, machine.positions()),
@@ -124,26 +126,28 @@ class _Row:
         )
 
 
-def summary_in_a_row(turns: list[Turn]) -> dict[str, Any]:
+def summarise_commands(results: list[CommandResult]) -> dict[str, Any]:
     """Return the totals: rss_growth_mb is from the end of the warm-up to the end, in_trouble the longest bad run."""
     longest = run = 0
-    for turn in turns:
-        run = 0 if turn.success else run + 1
+    for result in results:
+        run = 0 if result.success else run + 1
         longest = max(longest, run)
-    warm = turns[min(_WARM, len(turns)) - 1]
+    warm = results[min(_WARM, len(results)) - 1]
     return {
-        "commands": len(turns),
-        "succeeded": sum(turn.success for turn in turns),
-        "refused": sum(turn.refused for turn in turns),
+        "commands": len(results),
+        "succeeded": sum(result.success for result in results),
+        "refused": sum(result.refused for result in results),
         "in_trouble": longest,
-        "bystanders_moved": sum(turn.moved_m > MOVED_M for turn in turns),
-        "home_error_max": round(max(turn.home_error for turn in turns), 4),
-        "home_error_last": round(turns[-1].home_error, 4),
-        "base_drift_m": round(turns[-1].base_m, 4),
-        "base_drift_max_m": round(max(turn.base_m for turn in turns), 4),
+        "bystanders_moved": sum(result.moved_m > MOVED_M for result in results),
+        "home_error_max": round(max(result.home_error for result in results), 4),
+        "home_error_last": round(results[-1].home_error, 4),
+        "base_drift_m": round(results[-1].base_m, 4),
+        "base_drift_max_m": round(max(result.base_m for result in results), 4),
         "rss_warm_mb": round(warm.rss_mb, 1),
-        "rss_growth_mb": round(turns[-1].rss_mb - warm.rss_mb, 1),
-        "failures": [f"{i + 1} {turn.asked}: {turn.said}" for i, turn in enumerate(turns) if not turn.success],
+        "rss_growth_mb": round(results[-1].rss_mb - warm.rss_mb, 1),
+        "failures": [
+            f"{i + 1} {result.asked}: {result.said}" for i, result in enumerate(results) if not result.success
+        ],
     }
 
 

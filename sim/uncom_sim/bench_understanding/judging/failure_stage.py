@@ -13,7 +13,7 @@ from uncom_reasoner.types import Evidence, RayObservation
 
 from uncom_sim.bench_understanding.judging.verdict import Verdict, which
 from uncom_sim.bench_understanding.takes.recording import TakeRecording, TruePointing
-from uncom_sim.bench_understanding.takes.values import TakePlan
+from uncom_sim.bench_understanding.takes.types import TakePlan
 from uncom_sim.world.intended_meaning import named_objects
 
 STAGES = ("heard", "parsed", "hand", "detection", "choice")

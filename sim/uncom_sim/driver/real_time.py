@@ -7,7 +7,7 @@ import threading
 import time
 
 
-class Schedule:
+class PeriodicSchedule:
     """Something to be done at a rate of simulated time."""
 
     def __init__(self, rate_hz: float, start_s: float) -> None:
@@ -32,7 +32,7 @@ class Schedule:
         return True
 
 
-class Pace:
+class RealTimePacer:
     """Holds simulated time back to a multiple of real time; time that was lost is not made up for."""
 
     _LATE_S = 0.1

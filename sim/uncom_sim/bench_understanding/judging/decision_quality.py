@@ -15,11 +15,11 @@ from uncom_reasoner.types import Candidate, Decision, Evidence, GroundedCommand,
 
 from uncom_sim.bench_understanding.judging.outcome import Outcome
 from uncom_sim.bench_understanding.judging.verdict import judge, which
-from uncom_sim.bench_understanding.takes.values import TakePlan
+from uncom_sim.bench_understanding.takes.types import TakePlan
 from uncom_sim.types import ObjectState
 
 
-def studied_deciding(
+def assess_decision(
     talk: Conversation, plan: TakePlan, states: Sequence[ObjectState], evidence: Evidence
 ) -> dict[str, Any]:
     """Decide once more, answer one question truthfully, and keep the tables, as JSON values."""
@@ -98,7 +98,7 @@ def _absent(
     return [table_of("object", found, NONE).as_dict()] if found else []
 
 
-def deciding_report(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+def decision_report(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """Count over all takes: accepted, wrong among them, asked, right after one answer, reliability."""
     kept = [one.notes["deciding"] for one in outcomes if "deciding" in one.notes]
     accepted = [one for one in kept if one["status"] == "grounded"]
@@ -124,7 +124,7 @@ def deciding_report(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     }
 
 
-def deciding_text(report: Mapping[str, Any]) -> str:
+def decision_text(report: Mapping[str, Any]) -> str:
     """Return the counts in two lines."""
     if not report["takes"]:
         return ""

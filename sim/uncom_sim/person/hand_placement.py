@@ -17,7 +17,7 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 from uncom_common.camera import PinholeCamera
 
-from uncom_sim.person.hand import FOREARM_M, INDEX_BASE, INDEX_TIP, Hand
+from uncom_sim.person.hand_model import FOREARM_M, INDEX_BASE, INDEX_TIP, Hand
 from uncom_sim.types import Table
 
 FloatArray = npt.NDArray[np.float64]
@@ -32,7 +32,7 @@ _SUPINATION_RAD = np.radians(30.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Onlooker:
+class Viewpoint:
     """The one pointed for: camera and the pose (4, 4) of its optical frame in base_footprint."""
 
     camera: PinholeCamera
@@ -43,7 +43,7 @@ class Onlooker:
         return self.camera.project((points - self.pose[:3, 3]) @ self.pose[:3, :3])
 
 
-def looking_robot() -> Onlooker:
+def robot_viewpoint() -> Viewpoint:
     """Return TIAGo's head camera as it looks at the table: torso 0.35 m up, head 0.95 rad down."""
     tilt = 0.95
     forward = np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
@@ -51,7 +51,7 @@ def looking_robot() -> Onlooker:
     pose = np.eye(4)
     pose[:3, :3] = np.column_stack([right, np.cross(forward, right), forward])
     pose[:3, 3] = (0.2429, 0.022, 1.3092)
-    return Onlooker(PinholeCamera(640, 480, 522.19, 522.19, 320.5, 240.5), pose)
+    return Viewpoint(PinholeCamera(640, 480, 522.19, 522.19, 320.5, 240.5), pose)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,18 +77,18 @@ def place_hand(
     side: str,
     obstacles: Sequence[Obstacle],
     table: Table,
-    onlooker: Onlooker,
+    viewpoint: Viewpoint,
 ) -> Placement:
     """Choose the best pose of a hand whose index line goes through a target (3,) [m], coming in from a side."""
     best: Placement | None = None
     for turn, pitch, distance in itertools.product(_TURNS, _PITCHES, _DISTANCES):
         azimuth = ARM_AZIMUTH[side] + turn
         direction = np.array([np.cos(azimuth) * np.cos(pitch), np.sin(azimuth) * np.cos(pitch), -np.sin(pitch)])
-        pose = hand_pose(hand, target, direction, float(distance), onlooker)
+        pose = hand_pose(hand, target, direction, float(distance), viewpoint)
         cost = _discomfort(float(turn), float(pitch), float(distance), float(direction[0]))
         if best is not None and cost >= best.cost:
             continue
-        cost += _cost(hand, pose, target, obstacles, table, onlooker)
+        cost += _cost(hand, pose, target, obstacles, table, viewpoint)
         if best is None or cost < best.cost:
             best = Placement(pose, target, cost)
     if best is None:
@@ -96,9 +96,11 @@ def place_hand(
     return best
 
 
-def hand_pose(hand: Hand, target: FloatArray, direction: FloatArray, distance: float, onlooker: Onlooker) -> FloatArray:
+def hand_pose(
+    hand: Hand, target: FloatArray, direction: FloatArray, distance: float, viewpoint: Viewpoint
+) -> FloatArray:
     """Return the pose (4, 4) with the index finger along a direction (3,), its tip at a distance [m] from a target."""
-    to_camera = onlooker.pose[:3, 3] - target
+    to_camera = viewpoint.pose[:3, 3] - target
     up = np.array([0.0, 0.0, 1.0]) + 0.45 * to_camera / np.linalg.norm(to_camera)
     thumb_side = 1.0 if hand.handedness == "right" else -1.0
     turn = Rotation.from_rotvec(thumb_side * _SUPINATION_RAD * direction).as_matrix()
@@ -116,28 +118,28 @@ def _axes(forward: FloatArray, up: FloatArray) -> FloatArray:
 
 
 def _discomfort(turn: float, pitch: float, distance: float, away: float) -> float:
-    """Cost of a pose in itself; pointing away from the onlooker hides the finger behind the hand."""
+    """Cost of a pose in itself; pointing away from the viewer hides the finger behind the hand."""
     low = abs(pitch - float(np.radians(34)))
     return 0.6 * abs(turn) + 0.8 * low + 1.5 * abs(distance - 0.14) + 1.5 * max(away, 0.0)
 
 
 def _cost(
-    hand: Hand, pose: FloatArray, target: FloatArray, obstacles: Sequence[Obstacle], table: Table, onlooker: Onlooker
+    hand: Hand, pose: FloatArray, target: FloatArray, obstacles: Sequence[Obstacle], table: Table, viewpoint: Viewpoint
 ) -> float:
     joints = hand.joints @ pose[:3, :3].T + pose[:3, 3]
     arm = _arm_points() @ pose[:3, :3].T + pose[:3, 3]
-    pixels = onlooker.pixels(np.concatenate([joints, target[None]]))
-    camera = onlooker.camera
+    pixels = viewpoint.pixels(np.concatenate([joints, target[None]]))
+    camera = viewpoint.camera
     margins = np.column_stack([pixels, camera.width - pixels[:, 0], camera.height - pixels[:, 1]]).min(axis=1)
     hidden = float(np.clip((35.0 - np.nan_to_num(margins[:21], nan=-500.0)) / 35.0, 0.0, 4.0).mean())
     finger = float(np.linalg.norm(pixels[INDEX_TIP] - pixels[INDEX_BASE]))
-    depth = float(np.linalg.norm(joints[INDEX_TIP] - onlooker.pose[:3, 3]))
+    depth = float(np.linalg.norm(joints[INDEX_TIP] - viewpoint.pose[:3, 3]))
     full = camera.fx * float(np.linalg.norm(hand.joints[INDEX_TIP] - hand.joints[INDEX_BASE])) / depth
     foreshortened = float(np.clip(0.85 - finger / full, 0.0, 1.0))
     skeleton = np.concatenate([joints, arm])
     low = float(np.clip(table.height + 0.045 - _over_table(skeleton, table), 0.0, 0.1).max()) / 0.03
     touching = _touching(skeleton, obstacles)
-    crossing = _crossing(pixels[INDEX_TIP], pixels[21], target, obstacles, onlooker)
+    crossing = _crossing(pixels[INDEX_TIP], pixels[21], target, obstacles, viewpoint)
     return 6.0 * hidden + 3.0 * foreshortened + 3.0 * low + 3.0 * touching + 1.5 * crossing
 
 
@@ -164,19 +166,19 @@ def _touching(points: FloatArray, obstacles: Sequence[Obstacle], clearance: floa
 
 
 def _crossing(
-    tip: FloatArray, aim: FloatArray, target: FloatArray, obstacles: Sequence[Obstacle], onlooker: Onlooker
+    tip: FloatArray, aim: FloatArray, target: FloatArray, obstacles: Sequence[Obstacle], viewpoint: Viewpoint
 ) -> float:
-    """How much other things lie between the finger and the target as the onlooker sees it (0 to 1)."""
+    """How much other things lie between the finger and the target from the viewpoint (0 to 1)."""
     along = aim - tip
     worst = 0.0
     for thing in obstacles:
         if np.linalg.norm(thing.middle[:2] - target[:2]) < 0.03:
             continue
-        centre = onlooker.pixels(thing.middle[None])[0]
+        centre = viewpoint.pixels(thing.middle[None])[0]
         radius = (
-            onlooker.camera.fx
+            viewpoint.camera.fx
             * float(thing.half_size.max())
-            / float(np.linalg.norm(thing.middle - onlooker.pose[:3, 3]))
+            / float(np.linalg.norm(thing.middle - viewpoint.pose[:3, 3]))
         )
         share = float(np.clip((centre - tip) @ along / max(float(along @ along), 1e-9), 0.0, 1.0))
         gap = float(np.linalg.norm(tip + share * along - centre)) - radius

@@ -32,7 +32,7 @@ class _Piece:
     pose: FloatArray | None = None
 
 
-class Stage:
+class RenderScene:
     """Vertices in the world, how they face the lamp, and where each takes its colour from."""
 
     def __init__(self, client: int, surfaces: Sequence[Surface]) -> None:
