@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One skill a primitive, and a new one is a class and its registration."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -95,3 +96,14 @@ def test_a_skill_says_what_it_has_done():
     assert SKILLS[Primitive.GIVE].done_text(task, "lemon") == "here is the lemon"
     assert SKILLS[Primitive.POINT].done_text(task, "") == "that is the lemon"
     assert SKILLS[Primitive.PLACE].done_text(task, "") == "I have put the lemon down"
+
+
+def test_a_plan_tells_what_was_tried_for_it():
+    plan = ManipulationPlanner(robot(), ExecutionConfig()).plan(task_of("pick"), start_positions())
+    stages = {stage["stage"]: stage for stage in plan.as_data()["stages"]}
+    grasps = stages["grasps, quick look"]
+    assert grasps["tried"] == len(grasps["succeeded"]) + sum(grasps["failures"].values())
+    assert any(name.startswith(plan.side) for name in grasps["succeeded"])
+    assert stages["scene"]["succeeded"]
+    assert all(stage["cost_s"] >= 0.0 for stage in stages.values())
+    json.dumps(plan.as_data())

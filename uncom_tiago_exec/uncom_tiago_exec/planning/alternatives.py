@@ -119,7 +119,7 @@ class Alternatives(Generic[OptionT, ResultT]):
                 result = self._attempt(option)
             except self._recoverable as error:
                 self._note(option, began_s, error)
-                self.failures.append((option, error))
+                self.failures.append((option, error.with_traceback(None)))  # its frames hold scenes and checkers
                 if not isinstance(error, self._passed_over):
                     self.error = error
             else:

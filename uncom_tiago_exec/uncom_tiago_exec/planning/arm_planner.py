@@ -10,10 +10,11 @@ import numpy as np
 
 from uncom_tiago_exec.collision.collision_checker import CollisionChecker, Contacts, Margins
 from uncom_tiago_exec.config import ExecutionConfig
-from uncom_tiago_exec.exceptions import InCollisionError, PlanningError
+from uncom_tiago_exec.exceptions import PlanningError
 from uncom_tiago_exec.grasping.grasps import Grasp
 from uncom_tiago_exec.kinematics.cartesian_path import straight_path
 from uncom_tiago_exec.kinematics.ik_solver import IkSolver
+from uncom_tiago_exec.planning.alternatives import BLOCKED, Alternatives
 from uncom_tiago_exec.planning.joint_planner import JointPlanner, PlannerOptions
 from uncom_tiago_exec.robot.arm_group import ArmGroup
 from uncom_tiago_exec.robot.joint_names import finger_joints
@@ -161,13 +162,12 @@ class ArmPlanner:
 
     def lift_height(self, checker: CollisionChecker, q: FloatArray, heights: Sequence[float]) -> FloatArray:
         """Return the straight way up from q, as high as one of `heights` [m] allows, highest first."""
-        error: PlanningError | InCollisionError | None = None
-        for height in heights:
-            try:
-                return self.straight(checker, q, np.array([0.0, 0.0, height]))
-            except (PlanningError, InCollisionError) as err:
-                error = err
-        raise error or PlanningError("no height to lift to was given")
+
+        def rise(height: float) -> FloatArray:
+            return self.straight(checker, q, np.array([0.0, 0.0, height]))
+
+        error = PlanningError("no height to lift to was given")
+        return Alternatives(heights, rise, error=error, recoverable=BLOCKED).first()
 
 
 TABLE_ONLY = frozenset({TABLE})

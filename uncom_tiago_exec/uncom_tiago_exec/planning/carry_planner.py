@@ -6,19 +6,17 @@ What leans swings about the line between the pads, and with gravity along that l
 
 from __future__ import annotations
 
-import logging
-
 import numpy as np
 
 from uncom_tiago_exec.collision.collision_checker import CollisionChecker, densify
 from uncom_tiago_exec.exceptions import InCollisionError, PlanningError
 from uncom_tiago_exec.grasping.grasps import Grasp
 from uncom_tiago_exec.kinematics.cartesian_path import straight_path
+from uncom_tiago_exec.planning.alternatives import Alternatives
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.joint_planner import JointPlanner, PlannerOptions
 from uncom_tiago_exec.types import FloatArray
 
-_LOG = logging.getLogger(__name__)
 _LEANS = np.radians([25.0, 50.0])  # limits tried one after the other
 _MORE = np.radians(5.0)  # than where it begins or ends
 _LEAN_STEP = 0.05  # [rad] between two configurations whose lean is looked at
@@ -93,12 +91,14 @@ def carried(arm: ArmPlanner, grasp: Grasp, start: FloatArray, goal: FloatArray, 
     least = max(lean(arm, grasp, start), lean(arm, grasp, goal)) + _MORE
     floor = min(arm.scene.table_z, *(float(arm.group.forward(q)[2, 3]) for q in (start, goal)))
     options = PlannerOptions(time_s=min(_TIME_S, arm.config.planning_time_s / 2.0))
-    for limit in _LEANS:
+
+    def plan_upright(limit: float) -> FloatArray:
         upright = UprightChecker(checker, grasp, max(limit, least), floor)
-        try:
-            return JointPlanner(upright, options).plan(start, [goal])
-        except PlanningError:
-            _LOG.debug("no way on which it leans less than %.0f degrees", np.degrees(limit))
+        return JointPlanner(upright, options).plan(start, [goal])
+
+    leaning = PlanningError("there is no way on which it stays upright")
+    for path in Alternatives(_LEANS, plan_upright, error=leaning, recoverable=(PlanningError,)):
+        return path
     if strict:
-        raise PlanningError("there is no way on which it stays upright")
+        raise leaning
     return arm.transit(checker, start, [goal])

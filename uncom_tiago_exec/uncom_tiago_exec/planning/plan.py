@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from uncom_tiago_exec.grasping.grasps import Grasp
+from uncom_tiago_exec.planning.alternatives import Attempt, attempts_as_data
 from uncom_tiago_exec.scene.scene_model import SceneModel
 from uncom_tiago_exec.types import ODOM_ORIGIN, BasePose, FloatArray, Side, Stage, Trajectory
 
@@ -51,6 +52,7 @@ class Plan:
     motion: FloatArray | None = None
     planning_s: float = 0.0
     timings_s: dict[str, float] = field(default_factory=dict)
+    attempts: tuple[Attempt, ...] = ()  # what was tried on the way to this plan
     base: BasePose = ODOM_ORIGIN
 
     @property
@@ -64,11 +66,12 @@ class Plan:
         return sum(step.shortest_s for step in self.steps if isinstance(step, MoveStep))
 
     def as_data(self) -> dict[str, object]:
-        """Return what is told of a plan: times [s] and the grasp [m]."""
+        """Return what is told of a plan: times [s], what was tried in each stage, and the grasp [m]."""
         data: dict[str, object] = {
             "planning_s": round(self.planning_s, 4),
             "timings_s": self.timings_s,
             "motion_s": round(self.duration_s, 3),
+            "stages": attempts_as_data(self.attempts),
         }
         if self.grasp is not None:
             data["grasp"] = {

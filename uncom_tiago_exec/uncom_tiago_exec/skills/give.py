@@ -8,8 +8,9 @@ from typing import ClassVar
 import numpy as np
 from uncom_common.primitive import Primitive
 
-from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError, UnreachableError
+from uncom_tiago_exec.exceptions import PlanningError
 from uncom_tiago_exec.grasping.grasps import Grasp
+from uncom_tiago_exec.planning.alternatives import Alternatives
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.carry_planner import carried
 from uncom_tiago_exec.planning.plan import Step
@@ -51,16 +52,18 @@ def held_out(arm: ArmPlanner, grasp: Grasp, lifted: FloatArray) -> FloatArray:
     """
     carrying = arm.carrying(grasp, frozenset())
     sign = 1.0 if arm.side == "left" else -1.0
-    error: ExecutionError = PlanningError("there is no room to hold that out to you")
-    for ahead, aside, above in _OUT:
-        for turn in _TURNS:
-            pose = np.eye(4)
-            cos, sin = np.cos(turn), np.sin(turn)
-            pose[:3, :3] = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]) @ grasp.pose[:3, :3]
-            pose[:3, 3] = ahead, aside * sign, arm.scene.table_z + above + arm.scene.moved.height / 2.0
-            try:
-                goal = arm.solver.solutions(pose, [lifted, arm.start], carrying, restarts=0)[0]
-                return carried(arm, grasp, lifted, goal)
-            except (UnreachableError, InCollisionError, PlanningError) as err:
-                error = err
-    raise PlanningError("there is no room to hold that out to you") from error
+
+    def hold_out(option: tuple[tuple[float, float, float], float]) -> FloatArray:
+        (ahead, aside, above), turn = option
+        pose = np.eye(4)
+        cos, sin = np.cos(turn), np.sin(turn)
+        pose[:3, :3] = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]) @ grasp.pose[:3, :3]
+        pose[:3, 3] = ahead, aside * sign, arm.scene.table_z + above + arm.scene.moved.height / 2.0
+        goal = arm.solver.solutions(pose, [lifted, arm.start], carrying, restarts=0)[0]
+        return carried(arm, grasp, lifted, goal)
+
+    no_room = PlanningError("there is no room to hold that out to you")
+    paths = Alternatives(((place, turn) for place in _OUT for turn in _TURNS), hold_out, error=no_room)
+    for path in paths:
+        return path
+    raise no_room from paths.error

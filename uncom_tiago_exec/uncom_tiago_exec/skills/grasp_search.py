@@ -6,19 +6,22 @@ from __future__ import annotations
 import logging
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import islice
 
-from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError, UnreachableError
+from uncom_tiago_exec.exceptions import ExecutionError, PlanningError, UnreachableError
 from uncom_tiago_exec.grasping.grasps import Grasp
 from uncom_tiago_exec.grasping.place_poses import Destination
+from uncom_tiago_exec.planning.alternatives import BLOCKED, Alternatives, Record
 from uncom_tiago_exec.planning.arm_planner import TABLE_ONLY, ArmPlanner
 from uncom_tiago_exec.skills.grasp_ordering import failure_of, refusal, same_grasp
 from uncom_tiago_exec.skills.reach import Reach
 from uncom_tiago_exec.skills.release import let_go
 from uncom_tiago_exec.skills.skill import PlanRequest
-from uncom_tiago_exec.types import FloatArray, Side
+from uncom_tiago_exec.types import FloatArray
 
 _LOG = logging.getLogger(__name__)
+_EFFORTS = (0, 2)  # a quick look at different grasps, then a thorough one at all of them
 _ENOUGH = 3  # grasps that work, to choose the quickest of
 _LIFTS: tuple[float, ...] = (0.12, 0.08, 0.05)
 _CLEAR: tuple[float, ...] = (0.12, 0.1, 0.08)  # of what is only to be held
@@ -32,27 +35,45 @@ def search_grasps(ordered: Sequence[tuple[ArmPlanner, Grasp]], request: PlanRequ
     Raises:
         RefusedError: none does; the text says what most of them failed by.
     """
-    deadline = time.thread_time() + request.config.planning_time_s  # a busy machine gets the same search
+    deadline_s = time.thread_time() + request.config.planning_time_s
     found: list[Reach] = []
     failures: Counter[str] = Counter()
-    for effort in (0, 2):  # a quick look at different ones, then a thorough one at all of them
-        missed: list[tuple[Side, FloatArray]] = []
-        for arm, grasp in ordered:
-            if time.thread_time() > deadline or len(found) >= _ENOUGH:
-                break
-            if effort == 0 and any(side == arm.side and same_grasp(grasp.pose, pose) for side, pose in missed):
-                continue
-            try:
-                found.append(_reach(arm, grasp, request.goal, effort))
-            except ExecutionError as error:
-                failures[failure_of(error)] += 1
-                missed.append((arm.side, grasp.pose))
+    for effort in _EFFORTS:
+        search = _search_with(effort, ordered, request, deadline_s)
+        found = list(islice(search, _ENOUGH))
+        failures.update(failure_of(error) for _, error in search.failures)
         if found:
             break
     _LOG.debug("grasps that work: %d; others failed by %s", len(found), dict(failures))
     if not found:
         raise refusal(failures, request.task)
     return sorted(found, key=lambda reach: reach.cost())
+
+
+def _search_with(
+    effort: int, ordered: Sequence[tuple[ArmPlanner, Grasp]], request: PlanRequest, deadline_s: float
+) -> Alternatives[tuple[ArmPlanner, Grasp], Reach]:
+    """Return the search among pairs of arm and grasp with an effort; a quick one leaves out those like a failed one."""
+
+    def different() -> Iterator[tuple[ArmPlanner, Grasp]]:
+        for arm, grasp in ordered:
+            failed = [one.pose for (other, one), _ in search.failures if other.side == arm.side]
+            if effort > 0 or not any(same_grasp(grasp.pose, pose) for pose in failed):
+                yield arm, grasp
+
+    def name(option: tuple[ArmPlanner, Grasp]) -> str:
+        arm, grasp = option
+        return f"{arm.side}, {grasp.family}, quality {grasp.quality:.2f}"
+
+    search = Alternatives(
+        different(),
+        lambda option: _reach(*option, request.goal, effort),
+        error=PlanningError("no grasp was tried"),
+        recoverable=(ExecutionError,),
+        deadline_s=deadline_s,
+        record=Record(request.log, f"grasps, {'quick' if effort == 0 else 'thorough'} look", name, failure_of),
+    )
+    return search
 
 
 def _reach(arm: ArmPlanner, grasp: Grasp, goal: Destination | None, effort: int) -> Reach:
@@ -68,19 +89,17 @@ def _reach(arm: ArmPlanner, grasp: Grasp, goal: Destination | None, effort: int)
         solutions = arm.solver.solutions(grasp.pose, seeds, reaching, count=2 + 2 * effort, restarts=effort)
     except UnreachableError as error:
         raise UnreachableError("object") from error
-    failure: ExecutionError = PlanningError("no straight way to the object")
-    for q in solutions:
-        try:
-            approach = arm.straight(reaching, q, -grasp.retreat * grasp.approach)[::-1]
-            lift = arm.lift_height(arm.carrying(grasp, TABLE_ONLY), q, _lift_heights(arm, goal))
-            taken = Reach(arm, grasp, approach, lift)
-            reach = taken if goal is None else let_go(arm, grasp, goal, taken, effort)
-        except (InCollisionError, PlanningError) as err:
-            failure = err
-            continue
+
+    def reach(q: FloatArray) -> Reach:
+        approach = arm.straight(reaching, q, -grasp.retreat * grasp.approach)[::-1]
+        lift = arm.lift_height(arm.carrying(grasp, TABLE_ONLY), q, _lift_heights(arm, goal))
+        taken = Reach(arm, grasp, approach, lift)
+        found = taken if goal is None else let_go(arm, grasp, goal, taken, effort)
         arm.hint = q
-        return reach
-    raise failure
+        return found
+
+    blocked = PlanningError("no straight way to the object")
+    return Alternatives(solutions, reach, error=blocked, recoverable=BLOCKED).first()
 
 
 def _lift_heights(arm: ArmPlanner, goal: Destination | None) -> tuple[float, ...]:

@@ -14,6 +14,7 @@ from dataclasses import replace
 
 from uncom_tiago_exec.exceptions import ExecutionError, PlanningError, RefusedError
 from uncom_tiago_exec.grasping.grasps import Grasp, grasp_candidates
+from uncom_tiago_exec.planning.alternatives import Alternatives, Record
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.plan import Plan, Step
 from uncom_tiago_exec.skills.grasp_ordering import in_order, same_grasp
@@ -79,32 +80,43 @@ class GraspingSkill(Skill):
 
     def _search(self, request: PlanRequest, ordered: Sequence[tuple[ArmPlanner, Grasp]]) -> list[Reach]:
         """Return the grasps that work, of the first round that has any."""
-        *first, last = self.rounds(ordered)
-        for candidates in first:
-            try:
-                return search_grasps(candidates, request)
-            except RefusedError:
-                continue
-        return search_grasps(last, request)
+        error = PlanningError("there is no grasp to look for")
+        rounds = self.rounds(ordered)
+        return Alternatives(
+            rounds, lambda some: search_grasps(some, request), error=error, recoverable=(RefusedError,)
+        ).first()
 
     def _connect(self, request: PlanRequest, reaches: Sequence[Reach]) -> Plan:
         """Plan the free motions between the straight parts of the best reach, or of another if those wind."""
         error: ExecutionError = PlanningError("no grasp was found")
-        best: tuple[float, Plan] | None = None
         for strict in (True, False):
-            for reach in reaches:
-                try:
-                    steps = self.steps(reach, request.task, strict=strict)
-                except ExecutionError as err:
-                    error = err
-                    continue
-                place = reach.place
-                plan = Plan(reach.arm.side, steps, request.scene, reach.grasp, place.motion if place else None)
+            plans = self._connected(request, reaches, error, strict=strict)
+            best: tuple[float, Plan] | None = None
+            for quality, plan in plans:
                 if plan.duration_s <= _WINDING * plan.shortest_s:
                     return plan
-                cost = plan.duration_s / max(reach.grasp.quality, 0.05)
+                cost = plan.duration_s / max(quality, 0.05)
                 if best is None or cost < best[0]:
                     best = cost, plan
             if best is not None:
                 return best[1]
+            error = plans.error
         raise error
+
+    def _connected(
+        self, request: PlanRequest, reaches: Sequence[Reach], error: ExecutionError, *, strict: bool
+    ) -> Alternatives[Reach, tuple[float, Plan]]:
+        """Return the plans of grasps, each with the quality of its grasp; error is the last failure before them."""
+
+        def connect(reach: Reach) -> tuple[float, Plan]:
+            steps = self.steps(reach, request.task, strict=strict)
+            place = reach.place
+            plan = Plan(reach.arm.side, steps, request.scene, reach.grasp, place.motion if place else None)
+            return reach.grasp.quality, plan
+
+        def name(reach: Reach) -> str:
+            return f"{reach.arm.side}, {reach.grasp.family}, quality {reach.grasp.quality:.2f}"
+
+        stage = f"free motions{', upright' if strict else ''}"
+        record = Record(request.log, stage, name)
+        return Alternatives(reaches, connect, error=error, recoverable=(ExecutionError,), record=record)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import logging
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -11,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from uncom_tiago_exec.config import ExecutionConfig
-from uncom_tiago_exec.exceptions import InCollisionError, PlanningError, RefusedError
-from uncom_tiago_exec.grasping.place_poses import Destination
+from uncom_tiago_exec.exceptions import PlanningError, RefusedError
+from uncom_tiago_exec.planning.alternatives import BLOCKED, Alternatives, AttemptLog, Record
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.plan import Plan
 from uncom_tiago_exec.robot.robot_model import RobotModel
@@ -24,8 +23,6 @@ from uncom_tiago_exec.skills.registry import SKILLS, SkillRegistry
 from uncom_tiago_exec.skills.release import let_go
 from uncom_tiago_exec.skills.skill import PlanRequest
 from uncom_tiago_exec.types import SIDES, FloatArray, ManipulationTask
-
-_LOG = logging.getLogger(__name__)
 
 
 class ManipulationPlanner:
@@ -61,30 +58,22 @@ class ManipulationPlanner:
         scene = build_scene(task)
         goal = self.skills[task.primitive].destination(task, scene)
         shadows = shadows_of(scene, self.robot.camera(positions), None if goal is None else goal.xy)
-        if shadows:
-            careful = replace(scene, shadows=shadows)
-            try:
-                plan = self._plan_in(careful, task, positions, goal, avoid, like)
-            except (InCollisionError, PlanningError) as error:
-                _LOG.debug("not without going where nothing is seen: %s", error)
-            else:
-                return _timed(replace(plan, scene=scene), started)
-        return _timed(self._plan_in(scene, task, positions, goal, avoid, like), started)
+        log = AttemptLog()
 
-    def _plan_in(
-        self,
-        scene: SceneModel,
-        task: ManipulationTask,
-        positions: Mapping[str, float],
-        goal: Destination | None,
-        avoid: Sequence[FloatArray],
-        like: Plan | None,
-    ) -> Plan:
-        """Plan a task in a scene."""
-        began = time.thread_time()
-        arms = {side: ArmPlanner(self.robot, side, positions, scene, self.config) for side in SIDES}
-        request = PlanRequest(task, scene, goal, arms, self.config, tuple(avoid), like, began)
-        return self.skills[task.primitive].plan(request)
+        def plan_in(seen: SceneModel) -> Plan:
+            began = time.thread_time()
+            arms = {side: ArmPlanner(self.robot, side, positions, seen, self.config) for side in SIDES}
+            request = PlanRequest(task, seen, goal, arms, self.config, tuple(avoid), like, began, log)
+            return self.skills[task.primitive].plan(request)
+
+        plan = Alternatives(
+            [replace(scene, shadows=shadows), scene] if shadows else [scene],
+            plan_in,
+            error=PlanningError("there is no scene to plan in"),
+            recoverable=BLOCKED,
+            record=Record(log, "scene", lambda seen: "unseen space left out" if seen.shadows else "as seen"),
+        ).first()
+        return _timed(replace(plan, scene=scene, attempts=tuple(log.attempts)), started)
 
     def plan_held(self, task: ManipulationTask, positions: Mapping[str, float], held: Plan) -> Plan:
         """Plan to set down what `held` has put into the hand, and to go to where that plan began.

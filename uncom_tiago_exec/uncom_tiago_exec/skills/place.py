@@ -3,14 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 from uncom_common.primitive import Primitive
 
-from uncom_tiago_exec.exceptions import ExecutionError
+from uncom_tiago_exec.exceptions import ExecutionError, PlanningError
 from uncom_tiago_exec.grasping.grasps import Grasp
 from uncom_tiago_exec.grasping.place_poses import Destination, destination
+from uncom_tiago_exec.planning.alternatives import Alternatives
 from uncom_tiago_exec.planning.arm_planner import TABLE_ONLY
 from uncom_tiago_exec.planning.plan import Plan, Step
 from uncom_tiago_exec.scene.scene_model import SceneModel
@@ -50,13 +51,11 @@ class PlaceSkill(GraspingSkill):
             RefusedError: it cannot be done; the text says why.
         """
         grasps = self.grasps(request)
+        ways: list[Callable[[], Plan]] = [lambda: self.plan_with(request, grasps)]
         if self._is_pushed_rather(request, grasps):
-            try:
-                return plan_push(request)
-            except ExecutionError:
-                if not grasps:
-                    raise
-        return self.plan_with(request, grasps)
+            ways = [lambda: plan_push(request), *(ways if grasps else ())]
+        error = PlanningError("there is no way to place it")
+        return Alternatives(ways, lambda way: way(), error=error, recoverable=(ExecutionError,)).first()
 
     def _is_pushed_rather(self, request: PlanRequest, grasps: Sequence[Grasp]) -> bool:
         """Tell whether the object may be pushed to its place, and no grasp, or only doubtful ones, would hold it."""

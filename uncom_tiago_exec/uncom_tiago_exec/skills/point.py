@@ -4,20 +4,20 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 from uncom_common.primitive import Primitive
 
-from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, UnreachableError
+from uncom_tiago_exec.exceptions import InCollisionError, UnreachableError
+from uncom_tiago_exec.planning.alternatives import Alternatives, Record
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.plan import GripStep, Plan, Step
-from uncom_tiago_exec.scene.scene_model import SceneModel
 from uncom_tiago_exec.skills.motion_steps import end_at, move
 from uncom_tiago_exec.skills.skill import ObjectEnd, PlanRequest, Skill
-from uncom_tiago_exec.types import FloatArray, ManipulationTask, Side, Stage
+from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage
 
 _BEFORE = 0.07  # [m] between the finger tips and what they point at
 _PITCHES = np.radians([40.0, 55.0, 70.0, 25.0, 85.0])
@@ -36,7 +36,7 @@ class PointSkill(Skill):
         Raises:
             RefusedError: no arm gets there.
         """
-        arm, q = pointing(request.arms, request.scene)
+        arm, q = pointing(request)
         plan = Plan(arm.side, pointing_steps(arm, q), request.scene)
         return replace(plan, timings_s={"point": time.thread_time() - request.began_s})
 
@@ -45,23 +45,28 @@ class PointSkill(Skill):
         return f"that is the {task.object_text or task.object.label or 'object'}"
 
 
-def pointing(arms: Mapping[Side, ArmPlanner], scene: SceneModel) -> tuple[ArmPlanner, FloatArray]:
+def pointing(request: PlanRequest) -> tuple[ArmPlanner, FloatArray]:
     """Return an arm and the configuration (8,) in which its closed fingers point at the moved thing.
 
     Raises:
         RefusedError: no arm gets there.
     """
-    error: ExecutionError = UnreachableError("my hand does not get near enough to point at that")
+    arms, scene = request.arms, request.scene
     at = np.array([*scene.moved.middle[:2], scene.moved.top])
-    for arm in sorted(arms.values(), key=lambda a: -_sign(a) * float(at[1])):
-        for hand in _hands(arm, at):
-            try:
-                return arm, arm.solver.solutions(hand, [arm.start], arm.free(0.0), restarts=0)[0]
-            except UnreachableError:
-                continue
-            except InCollisionError as err:
-                error = err
-    raise error
+    nearer_first = sorted(arms.values(), key=lambda a: -_sign(a) * float(at[1]))
+
+    def reach(option: tuple[ArmPlanner, FloatArray]) -> tuple[ArmPlanner, FloatArray]:
+        arm, hand = option
+        return arm, arm.solver.solutions(hand, [arm.start], arm.free(0.0), restarts=0)[0]
+
+    return Alternatives(
+        ((arm, hand) for arm in nearer_first for hand in _hands(arm, at)),
+        reach,
+        error=UnreachableError("my hand does not get near enough to point at that"),
+        recoverable=(UnreachableError, InCollisionError),
+        passed_over=(UnreachableError,),
+        record=Record(request.log, "pointing", lambda option: option[0].side),
+    ).first()
 
 
 def _hands(arm: ArmPlanner, at: FloatArray) -> Iterator[FloatArray]:

@@ -16,10 +16,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from uncom_common.primitive import Primitive
 
-from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError, RefusedError, UnreachableError
+from uncom_tiago_exec.exceptions import InCollisionError, PlanningError, RefusedError, UnreachableError
 from uncom_tiago_exec.grasping.grasps import Grasp
 from uncom_tiago_exec.grasping.place_poses import Destination, where_it_was
 from uncom_tiago_exec.kinematics.cartesian_path import follow_poses
+from uncom_tiago_exec.planning.alternatives import BLOCKED, Alternatives
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.carry_planner import carried
 from uncom_tiago_exec.planning.plan import Plan, Step
@@ -124,34 +125,33 @@ def find_pour(
     if target is None:
         raise RefusedError(f"I do not know what to pour the {what} into")
     carrying = arm.carrying(grasp, frozenset())
-    error: ExecutionError = UnreachableError("place")
-    spilling: tuple[FloatArray, FloatArray] | None = None  # what can only be got to by leaning on the way
-    deadline = time.thread_time() + _TIME_S
-    for ahead, turn, tilt in _ways(grasp):
-        if time.thread_time() > deadline:
-            break
-        poses = motions(moved, target, ahead, turn, tilt) @ grasp.pose
-        try:
-            starts = arm.solver.solutions(poses[0], [lifted, arm.start], carrying, count=3, restarts=0)
-        except (InCollisionError, UnreachableError) as err:
-            error = err
-            continue
-        for q in starts:
-            try:
-                tilting = follow_poses(arm.solver, carrying, q, poses[1:])
-            except (InCollisionError, PlanningError) as err:
-                error = err
-                continue
-            try:
-                return Pour(carried(arm, grasp, lifted, q, strict=True), tilting)
-            except (InCollisionError, PlanningError) as err:
-                error = err
-                spilling = spilling or (q, tilting)
-    if spilling is not None and not strict:
-        q, tilting = spilling
+
+    def begin(way: tuple[FloatArray, float, float]) -> list[tuple[FloatArray, FloatArray]]:
+        poses = motions(moved, target, *way) @ grasp.pose
+        starts = arm.solver.solutions(poses[0], [lifted, arm.start], carrying, count=3, restarts=0)
+        return [(q, poses) for q in starts]
+
+    def tilt(start: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatArray]:
+        q, poses = start
+        return q, follow_poses(arm.solver, carrying, q, poses[1:])
+
+    def bring_upright(tilted: tuple[FloatArray, FloatArray]) -> Pour:
+        q, tilting = tilted
+        return Pour(carried(arm, grasp, lifted, q, strict=True), tilting)
+
+    error, deadline_s = UnreachableError("place"), time.thread_time() + _TIME_S
+    reachable = (InCollisionError, UnreachableError)
+    begun = Alternatives(_ways(grasp), begin, error=error, recoverable=reachable, deadline_s=deadline_s)
+    starts = (start for found in begun for start in found)
+    tilted = Alternatives(starts, tilt, error=error, recoverable=BLOCKED)
+    pours = Alternatives(tilted, bring_upright, error=error, recoverable=BLOCKED)
+    for pour in pours:
+        return pour
+    if pours.failures and not strict:  # what can only be got to by leaning on the way
+        (q, tilting), _ = pours.failures[0]
         return Pour(carried(arm, grasp, lifted, q), tilting)
-    _LOG.debug("no pour: %s", error)
-    raise PlanningError(f"I cannot tilt the {what} over the {into}") from error
+    _LOG.debug("no pour: %s; %s; %s", begun.error, tilted.error, pours.error)
+    raise PlanningError(f"I cannot tilt the {what} over the {into}") from tilted.error
 
 
 def pouring_steps(reach: Reach, pour: Pour) -> tuple[Step, ...]:

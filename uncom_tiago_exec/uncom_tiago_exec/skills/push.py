@@ -7,8 +7,9 @@ Flat dishes go this way, whose weight no pinch of their edge can hold, and whate
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import ClassVar
 
 import numpy as np
@@ -17,6 +18,7 @@ from uncom_common.primitive import Primitive
 
 from uncom_tiago_exec.exceptions import ExecutionError, InCollisionError, PlanningError, RefusedError, UnreachableError
 from uncom_tiago_exec.grasping.place_poses import Destination, destination
+from uncom_tiago_exec.planning.alternatives import BLOCKED, Alternatives, Record
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.plan import GripStep, Plan, Step
 from uncom_tiago_exec.scene.object_shape import thin
@@ -24,7 +26,7 @@ from uncom_tiago_exec.scene.obstacles import on_table
 from uncom_tiago_exec.scene.scene_model import SceneModel
 from uncom_tiago_exec.skills.motion_steps import end_at, move
 from uncom_tiago_exec.skills.skill import PlanRequest, Skill
-from uncom_tiago_exec.types import FloatArray, ManipulationTask, Side, Stage
+from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage
 
 _GAP = 0.07  # [m] between the fingers at most
 _SHARE = 0.55  # of the width of what is pushed: both fingers touch, and what is round stays between them
@@ -70,16 +72,20 @@ def plan_push(request: PlanRequest) -> Plan:
     """
     if request.goal is None:
         raise RefusedError(f"I do not know where to push the {request.task.object_text or 'object'}")
-    error: ExecutionError = PlanningError("no push was found")
-    pushes = find_pushes(request.arms, request.scene, request.task, request.goal.xy)
-    for push, turned in ((push, turned) for turned in (True, True, False) for push in pushes):
-        try:
-            plan = Plan(push.arm.side, pushing_steps(push, turned=turned), request.scene, None, push.motion)
-        except ExecutionError as err:
-            error = err
-        else:
-            return replace(plan, timings_s={"push": time.thread_time() - request.began_s})
-    raise error
+    pushes = find_pushes(request, request.goal)
+    options = [(push, turned) for turned in (True, True, False) for push in pushes]
+
+    def connect(option: tuple[Push, bool]) -> Plan:
+        push, turned = option
+        return Plan(push.arm.side, pushing_steps(push, turned=turned), request.scene, None, push.motion)
+
+    def name(option: tuple[Push, bool]) -> str:
+        return f"{option[0].arm.side}, {'room to turn' if option[1] else 'as pushed'}"
+
+    error = PlanningError("no push was found")
+    record = Record(request.log, "free motions of a push", name)
+    plan = Alternatives(options, connect, error=error, recoverable=(ExecutionError,), record=record).first()
+    return replace(plan, timings_s={"push": time.thread_time() - request.began_s})
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,16 +110,15 @@ def _gap(scene: SceneModel) -> float:
     return min(_GAP, _SHARE * float(scene.moved.size[1]))
 
 
-def find_pushes(
-    arms: Mapping[Side, ArmPlanner], scene: SceneModel, task: ManipulationTask, goal: FloatArray
-) -> list[Push]:
-    """Return pushes of the moved thing's middle to a place (2,) on the table, the quickest first, some of each arm.
+def find_pushes(request: PlanRequest, goal: Destination) -> list[Push]:
+    """Return pushes of the moved thing's middle to its destination on the table, the quickest first, some of each arm.
 
     Raises:
         RefusedError: too far, off the table, something in between, or out of reach; the text says which.
     """
+    task, scene = request.task, request.scene
     what = task.object_text or scene.moved.name
-    way = goal - scene.moved.middle[:2]
+    way = goal.xy - scene.moved.middle[:2]
     length = float(np.linalg.norm(way))
     if length > FARTHEST:
         raise RefusedError(f"{length * 100:.0f} cm is too far to push the {what}")
@@ -122,22 +127,29 @@ def find_pushes(
     _check_way(scene, task, way, what)
     found: list[Push] = []
     error: ExecutionError = UnreachableError(f"the {what} is out of reach of both arms to push it there")
-    for arm in arms.values():
-        enough = len(found) + _ENOUGH
-        for start, end in _hands(arm, scene, way / length, length):
-            try:
-                found.append(_push(arm, start, end, way))
-                if len(found) == enough:
-                    break
-            except UnreachableError:
-                continue
-            except (InCollisionError, PlanningError) as err:
-                error = err
+    for arm in request.arms.values():
+        pushes = _pushes_of(arm, request, way, error)
+        found += islice(pushes, _ENOUGH)
+        error = pushes.error
     if not found:
         if isinstance(error, InCollisionError):
             raise InCollisionError(f"I cannot get behind the {what} to push it there", error.contacts)
         raise error
     return sorted(found, key=Push.cost)
+
+
+def _pushes_of(
+    arm: ArmPlanner, request: PlanRequest, way: FloatArray, error: ExecutionError
+) -> Alternatives[tuple[FloatArray, FloatArray], Push]:
+    """Return the pushes of one arm along a way (2,), as alternatives; error is the last failure before them."""
+    length = float(np.linalg.norm(way))
+    return Alternatives(
+        _hands(arm, request.scene, way / length, length),
+        lambda hands: _push(arm, *hands, way),
+        error=error,
+        passed_over=(UnreachableError,),
+        record=Record(request.log, "push", lambda _: arm.side),
+    )
 
 
 def _check_way(scene: SceneModel, task: ManipulationTask, way: FloatArray, what: str) -> None:
@@ -188,31 +200,33 @@ def _push(arm: ArmPlanner, start: FloatArray, end: FloatArray, way: FloatArray) 
     pushing = arm.pushing(gap)
     motion = np.eye(4)
     motion[:2, 3] = way
-    error: ExecutionError = PlanningError("no straight way to push")
     behind = arm.reaching(gap)  # fingers only: a palm that touched what is tall would tip it over
     touch = (end - start)[:3, 3] * (_BEFORE / np.linalg.norm((end - start)[:3, 3]))
-    for q in arm.solver.solutions(start, [arm.start], behind, count=4, restarts=0):
-        try:
-            down = arm.lift_height(behind, q, _UP)[::-1]
-            arm.straight(behind, q, touch)
-            along = arm.straight(pushing, q, end[:3, 3] - start[:3, 3])
-            return Push(arm, down, along, _out(arm, along[-1], way), motion, gap)
-        except (InCollisionError, PlanningError) as err:
-            error = err
-    raise error
+
+    def push_from(q: FloatArray) -> Push:
+        down = arm.lift_height(behind, q, _UP)[::-1]
+        arm.straight(behind, q, touch)
+        along = arm.straight(pushing, q, end[:3, 3] - start[:3, 3])
+        return Push(arm, down, along, _out(arm, along[-1], way), motion, gap)
+
+    solutions = arm.solver.solutions(start, [arm.start], behind, count=4, restarts=0)
+    error = PlanningError("no straight way to push")
+    return Alternatives(solutions, push_from, error=error, recoverable=BLOCKED).first()
 
 
 def _out(arm: ArmPlanner, q: FloatArray, way: FloatArray) -> FloatArray:
     """Return the way of the hand back from the thing, as far as there is room, and up over it."""
     pushing, ups = arm.pushing(_gap(arm.scene)), (max(_UP[0], arm.scene.moved.height + _OVER), *_UP)
     back = np.append(-way / np.linalg.norm(way), 0.0)
-    for distance in _BACK:
-        try:
-            away = arm.straight(pushing, q, distance * back)
-            return np.vstack([away, arm.lift_height(pushing, away[-1], ups)[1:]])
-        except (InCollisionError, PlanningError):
-            continue
-    return arm.lift_height(pushing, q, ups)
+
+    def leave(distance: float) -> FloatArray:
+        if distance == 0.0:
+            return arm.lift_height(pushing, q, ups)
+        away = arm.straight(pushing, q, distance * back)
+        return np.vstack([away, arm.lift_height(pushing, away[-1], ups)[1:]])
+
+    error = PlanningError("no way back from what was pushed")
+    return Alternatives((*_BACK, 0.0), leave, error=error, recoverable=BLOCKED).first()
 
 
 def pushing_steps(push: Push, *, turned: bool) -> tuple[Step, ...]:

@@ -13,6 +13,7 @@ from uncom_common.primitive import Primitive
 
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.grasping.place_poses import Destination
+from uncom_tiago_exec.planning.alternatives import AttemptLog
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.plan import Plan
 from uncom_tiago_exec.scene.scene_model import SceneModel
@@ -40,6 +41,7 @@ class PlanRequest:
         avoid: hand poses (4, 4) that failed before.
         like: an earlier plan for nearly the same scene, or None; grasps like its grasp are tried first.
         began_s: processor time of this thread at which planning began [s].
+        log: where attempts are recorded.
     """
 
     task: ManipulationTask
@@ -50,6 +52,7 @@ class PlanRequest:
     avoid: tuple[FloatArray, ...]
     like: Plan | None
     began_s: float
+    log: AttemptLog
 
 
 class Skill(ABC):
