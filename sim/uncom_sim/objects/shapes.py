@@ -88,7 +88,7 @@ def rounded_box(size: tuple[float, float, float], radius: float, steps: int = 3)
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     offsets = corners * (np.asarray(size) / 2.0 - radius)
     cloud = (np.asarray(ball.vertices)[None] + offsets[:, None]).reshape(-1, 3)
-    box = trimesh.convex.convex_hull(cloud)
+    box: trimesh.Trimesh = trimesh.convex.convex_hull(cloud)
     box.apply_translation([0.0, 0.0, size[2] / 2.0])
     return box
 

@@ -12,6 +12,7 @@ import hashlib
 import os
 import tempfile
 from pathlib import Path
+from typing import cast
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -65,10 +66,10 @@ def _light_copy(source: Path) -> Path:
     target = _cache() / f"{source.stem}-{mark}.obj"
     if target.exists():
         return target
-    mesh = trimesh.load(source, force="mesh")
+    mesh = cast("trimesh.Trimesh", trimesh.load(source, force="mesh"))
     cell = next((size for part, size in _CELLS.items() if part in source.parts), _CELL)
     vertices, normals, faces = cluster(
-        np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64), np.asarray(mesh.vertex_normals), cell
+        np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64), np.asarray(mesh.vertex_normals), cell
     )
     lines = [f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in vertices]
     lines += [f"vn {x:.3f} {y:.3f} {z:.3f}" for x, y, z in normals]

@@ -92,8 +92,8 @@ def _sound(video: Path) -> tuple[float, npt.NDArray[np.int16]]:
             for frame in container.decode(audio=0):
                 if begin_s is None:
                     begin_s = float(frame.time or 0.0) - _start_s(container)
-                chunks += [part.to_ndarray().reshape(-1) for part in resampler.resample(frame)]
-            chunks += [part.to_ndarray().reshape(-1) for part in resampler.resample(None)]
+                chunks += [np.asarray(part.to_ndarray(), np.int16).reshape(-1) for part in resampler.resample(frame)]
+            chunks += [np.asarray(part.to_ndarray(), np.int16).reshape(-1) for part in resampler.resample(None)]
         except av.FFmpegError as error:
             if not chunks:
                 raise BadInputError(f"the sound of {video} cannot be decoded") from error

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
+from typing import cast
 
 import numpy as np
 import shapely
@@ -122,9 +124,9 @@ def free_centres(
     assert surface.polygon is not None  # noqa: S101 (callers looked)
     unit = surface.unit
     table = surface.polygon.buffer(-config.edge_margin_m * unit, join_style="mitre")
-    free = table
+    free: BaseGeometry = table
     for vertex in shape:
-        free = free.intersection(shapely.transform(table, lambda p, v=vertex: p - v))
+        free = free.intersection(shapely.transform(table, partial(_shifted_back, by=vertex)))
     blocked: list[BaseGeometry] = []
     for ring in [table.exterior] if table.geom_type == "Polygon" else [p.exterior for p in shapely.get_parts(table)]:
         corners = np.asarray(ring.coords)
@@ -132,9 +134,14 @@ def free_centres(
             blocked += [_grown(corners[i : i + 2], shape) for i in range(len(corners) - 1)]
     for obstacle in obstacles.values():
         if not obstacle.is_empty:
-            hull = obstacle.buffer(config.clearance_m * unit).convex_hull
+            hull = cast("Polygon", obstacle.buffer(config.clearance_m * unit).convex_hull)
             blocked.append(_grown(np.asarray(hull.exterior.coords), shape))
     return free.difference(shapely.union_all(blocked)) if blocked else free
+
+
+def _shifted_back(points: FloatArray, by: FloatArray) -> FloatArray:
+    """Return points (N, 2) less a vector (2,)."""
+    return np.asarray(points - by)
 
 
 def _grown(points: FloatArray, shape: FloatArray) -> BaseGeometry:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+from typing import cast
 
 import numpy as np
 import shapely
@@ -124,7 +125,7 @@ def area_cost(words: frozenset[str], surface: Surface, point: TablePoint | None)
 def _ideals(words: frozenset[str], surface: Surface, outline: Polygon) -> FloatArray:
     """Return the points (N, 2) that an area's name may mean."""
     centre = centre_of(outline)
-    frame = np.asarray(outline.minimum_rotated_rectangle.exterior.coords)[:-1]
+    frame = np.asarray(cast("Polygon", outline.minimum_rotated_rectangle).exterior.coords)[:-1]
     ways = {"left": -surface.right, "right": surface.right, "front": -surface.far, "back": surface.far}
     if "middle" in words:
         return centre[None, :]

@@ -63,7 +63,7 @@ def outline_of(detection: Detection, surface: Surface) -> Polygon:
     shape = footprint(detection, surface)
     disc = Point(*opening.centre).buffer(max(opening.radius, 1e-3))
     common = disc.intersection(shape)
-    return common if common.geom_type == "Polygon" and not common.is_empty else shape
+    return common if isinstance(common, Polygon) and not common.is_empty else shape
 
 
 def fits_in(moved: Detection, container: Detection, surface: Surface) -> bool:

@@ -9,11 +9,13 @@ metre.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 from shapely.geometry import MultiPoint, Polygon, box
+from shapely.geometry.base import BaseGeometry
 from uncom_common.transforms import apply, invert
 from uncom_perception.types import Detection, Scene, TableSurface
 
@@ -47,7 +49,7 @@ class Surface:
         flat = np.atleast_2d(np.asarray(points, dtype=float))
         return apply(invert(self.scene_to_plane), np.column_stack([flat, np.full(len(flat), z)]))
 
-    def reachable(self) -> Polygon | None:
+    def reachable(self) -> BaseGeometry | None:
         """Return where an arm can place, or None if that is not known."""
         if not self.reach:
             return None
@@ -131,8 +133,8 @@ def _valid(polygon: Polygon) -> Polygon:
     """Return a simple polygon: an outline that crosses itself becomes its largest part."""
     if polygon.is_valid:
         return polygon
-    parts = [part for part in shapely.get_parts(shapely.make_valid(polygon)) if part.geom_type == "Polygon"]
-    return max(parts, key=lambda part: float(part.area)) if parts else polygon.convex_hull
+    parts = [part for part in shapely.get_parts(shapely.make_valid(polygon)) if isinstance(part, Polygon)]
+    return max(parts, key=lambda part: float(part.area)) if parts else cast("Polygon", polygon.convex_hull)
 
 
 def footprint(detection: Detection, surface: Surface) -> Polygon:
@@ -166,8 +168,8 @@ def extent_of(detection: Detection) -> tuple[float, float, float]:
     return max(width, height), height, max(float(detection.mask.sum()), 1.0) ** 1.5
 
 
-def _solid(hull: Polygon, least: float) -> Polygon:
-    return hull if hull.geom_type == "Polygon" and hull.area > 0.0 else hull.buffer(least)
+def _solid(hull: BaseGeometry, least: float) -> Polygon:
+    return hull if isinstance(hull, Polygon) and hull.area > 0.0 else hull.buffer(least)
 
 
 def centre_of(polygon: Polygon) -> FloatArray:

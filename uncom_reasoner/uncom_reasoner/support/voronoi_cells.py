@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -41,7 +42,7 @@ def occupancy_map(
 def _partition(
     outline_wkb: bytes, shapes: tuple[tuple[str, bytes], ...], cell_size: float, clearance: float
 ) -> tuple[Cell, ...]:
-    outline = shapely.from_wkb(outline_wkb)
+    outline = cast("Polygon", shapely.from_wkb(outline_wkb))
     grown = {name: shapely.from_wkb(shape).buffer(clearance) for name, shape in shapes}
     seeds = _seeds(outline, list(grown.values()), cell_size)
     parts = _clipped(seeds, outline)
@@ -107,11 +108,11 @@ def _regions(seeds: FloatArray, outline: Polygon) -> npt.NDArray[np.object_]:
     regions = [diagram.regions[diagram.point_region[i]] for i in range(len(seeds))]
     corners = diagram.vertices[np.concatenate(regions)]
     owners = np.repeat(np.arange(len(regions)), [len(region) for region in regions])
-    hulls = shapely.convex_hull(shapely.multipoints(corners, indices=owners))
+    hulls: npt.NDArray[np.object_] = np.asarray(shapely.convex_hull(shapely.multipoints(corners, indices=owners)))
     shapely.prepare(outline)
     inside = shapely.contains_properly(outline, hulls)
     hulls[~inside] = shapely.intersection(hulls[~inside], outline)
-    return np.asarray(hulls)
+    return hulls
 
 
 def _clipped(seeds: FloatArray, outline: Polygon) -> list[Polygon]:

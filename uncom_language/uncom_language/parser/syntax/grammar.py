@@ -13,7 +13,6 @@ from lark.lexer import Lexer
 from uncom_language.parser.lexical.lexicon import PACKS
 from uncom_language.parser.lexical.tokens import Token
 
-# Lark's own annotations are not seen by mypy here (follow_imports = skip).
 Tree = lark.Tree
 
 

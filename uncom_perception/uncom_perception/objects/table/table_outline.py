@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
 import cv2
 import numpy as np
@@ -133,9 +134,9 @@ def _image_polygon(corners_camera: FloatArray, camera: PinholeCamera) -> FloatAr
     dense = np.concatenate(edges)
     pixels = camera.project(dense[dense[:, 2] > 0.05])
     shape = Polygon(pixels).buffer(0) & shapely_box(0, 0, camera.width - 1, camera.height - 1)
-    if shape.is_empty or shape.geom_type != "Polygon":
+    if shape.is_empty or not isinstance(shape, Polygon):
         return np.zeros((0, 2))
-    return np.asarray(shape.simplify(0.5).exterior.coords[:-1], dtype=float)
+    return np.asarray(cast("Polygon", shape.simplify(0.5)).exterior.coords[:-1], dtype=np.float64)
 
 
 class TopDown:
