@@ -18,6 +18,7 @@ setup(
     # test/dependencies.yaml says which of these have a rosdep key, and so stand in package.xml too.
     install_requires=[
         "setuptools",
+        "distributed",
         "espeakng-loader",
         "example-robot-data",
         "jinja2",

@@ -16,6 +16,7 @@ ROBOT = [name for name in PACKAGES if name != "uncom_sim"]
 MANIFESTS = sorted([*ROOT.glob("uncom_*/package.xml"), ROOT / "sim" / "package.xml"])
 LOCK = (ROOT / "requirements" / "dev.lock").read_text(encoding="utf-8")
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+NOTHING = {"missing": set(), "unused": set()}
 # Its own requirements do not fit what the others need: it is installed without them.
 ALONE = "mediapipe"
 
@@ -28,7 +29,11 @@ def requirements(text: str) -> set[str]:
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_a_package_declares_what_it_imports_and_nothing_else(package):
-    assert declared(package) == needed(package)
+    says, needs = declared(package), needed(package)
+    for field in ("package_xml", "test_depend", "install_requires"):
+        wanted, found = getattr(needs, field), getattr(says, field)
+        assert {"missing": wanted - found, "unused": found - wanted} == NOTHING, field
+    assert says.extras_require == needs.extras_require
 
 
 @pytest.mark.parametrize("package", ROBOT)
