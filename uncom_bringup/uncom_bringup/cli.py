@@ -36,6 +36,7 @@ COMMANDS = (
     "bench",
     "up",
     "doctor",
+    "tunables",
     "test",
     "version",
 )

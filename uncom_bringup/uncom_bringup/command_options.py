@@ -20,6 +20,16 @@ if TYPE_CHECKING:
 Picture = TypeVar("Picture")
 # `subparsers` is private to argparse by name only.
 SubParsers = argparse._SubParsersAction  # noqa: SLF001
+# The packages that a robot needs; the simulator comes beside them.
+ROBOT_PACKAGES = (
+    "uncom_common",
+    "uncom_language",
+    "uncom_perception",
+    "uncom_reasoner",
+    "uncom_tiago_exec",
+    "uncom_bringup",
+)
+SIMULATOR_PACKAGE = "uncom_sim"
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:

@@ -19,10 +19,12 @@ give others:
 from __future__ import annotations
 
 import dataclasses
-import importlib
-import pkgutil
+import importlib.util
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
 from typing import Any, TypeVar
 
 ValueT = TypeVar("ValueT")
@@ -62,14 +64,36 @@ def tunables_of(options: type[Any]) -> tuple[Tunable, ...]:
 
 
 def find_tunables(package: str) -> Iterator[Tunable]:
-    """Yield the tunables of all modules called `options` in an installed package.
+    """Yield the tunables of all modules called `options` in an installed package, in order of their names.
+
+    Only those modules are loaded, not the packages around them, whose imports take seconds.
 
     Raises:
         ModuleNotFoundError: there is no such package.
     """
-    root = importlib.import_module(package)
-    for module in pkgutil.walk_packages(root.__path__, f"{package}."):
-        if module.name.rpartition(".")[2] == "options":
-            for item in vars(importlib.import_module(module.name)).values():
-                if isinstance(item, type) and dataclasses.is_dataclass(item) and item.__module__ == module.name:
+    spec = importlib.util.find_spec(package)
+    if spec is None or spec.submodule_search_locations is None:
+        raise ModuleNotFoundError(f"no package named {package!r}", name=package)
+    for folder in spec.submodule_search_locations:
+        root = Path(folder)
+        for path in sorted(root.rglob("options.py")):
+            module = _load_module(".".join((package, *path.relative_to(root).with_suffix("").parts)), path)
+            for item in vars(module).values():
+                if isinstance(item, type) and dataclasses.is_dataclass(item) and item.__module__ == module.__name__:
                     yield from tunables_of(item)
+
+
+def _load_module(name: str, path: Path) -> ModuleType:
+    """Return a module of this dotted name, executed from its file unless it is imported already."""
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise ModuleNotFoundError(f"{path} is not a module", name=name)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses look their module up while they are made
+    try:
+        spec.loader.exec_module(module)
+    finally:
+        del sys.modules[name]
+    return module

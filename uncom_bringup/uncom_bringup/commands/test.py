@@ -12,18 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from uncom_bringup import output
-from uncom_bringup.command_options import SubParsers
+from uncom_bringup.command_options import ROBOT_PACKAGES, SubParsers
 from uncom_bringup.exceptions import BadInputError
 
-_ROBOT_PACKAGES = (
-    "uncom_common",
-    "uncom_language",
-    "uncom_perception",
-    "uncom_reasoner",
-    "uncom_tiago_exec",
-    "uncom_bringup",
-)
-_FOLDERS = (*_ROBOT_PACKAGES, "sim")
+_FOLDERS = (*ROBOT_PACKAGES, "sim")
 # First on the path, it makes every import of the simulator fail.
 _WITHOUT_SIMULATOR = Path("test") / "without_simulator"
 _LIMIT_S = 1500
@@ -64,7 +56,7 @@ def checks(root: Path, folders: tuple[str, ...], *, everything: bool = False, un
         found.append(Check("types (mypy --strict)", (python, "-m", "mypy", *sources)))
     marker = () if everything else ("-m", "not slow")
     for folder in folders:
-        on_robot = folder in _ROBOT_PACKAGES
+        on_robot = folder in ROBOT_PACKAGES
         if on_robot and not unit_tests:
             continue
         tests = folder if folder == "test" else f"{folder}/test"
