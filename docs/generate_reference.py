@@ -20,7 +20,7 @@ import rclpy
 from rclpy.action import get_action_client_names_and_types_by_node, get_action_server_names_and_types_by_node
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from uncom_bringup.graph.node_processes import SIX_NODES, NodeSpec
+from uncom_bringup.graph.node_specs import SIX_NODES, NodeSpec
 from uncom_common.parameters import usable_values
 from uncom_common.tunables import Tunable, find_tunables
 

@@ -10,7 +10,7 @@ import pytest
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
-from uncom_bringup.graph.node_processes import SIX_NODES
+from uncom_bringup.graph.node_specs import SIX_NODES
 from uncom_bringup.monitor.conversions import message_class
 from uncom_bringup.ros.composed_graph import ComposedGraph
 

@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 import yaml
 from uncom_bringup.exceptions import BadInputError, GraphError
-from uncom_bringup.graph.node_processes import SIX_NODES, GraphProcesses, NodeSpec, node_command, parameter_text
+from uncom_bringup.graph.node_processes import GraphProcesses, node_command, parameter_text
+from uncom_bringup.graph.node_specs import SIX_NODES, NodeSpec
 from uncom_bringup.graph.ros_domain import DomainClaim
 from uncom_bringup.ros.composed_graph import node_class
 
@@ -90,7 +91,8 @@ def test_a_node_stops_on_request_by_itself(tmp_path):
 STARTER_PROGRAM = """
 import sys, threading
 from pathlib import Path
-from uncom_bringup.graph.node_processes import GraphProcesses, NodeSpec
+from uncom_bringup.graph.node_processes import GraphProcesses
+from uncom_bringup.graph.node_specs import NodeSpec
 graph = GraphProcesses(Path(sys.argv[1]), int(sys.argv[2]))
 graph.start(NodeSpec("language_node", "uncom_language", "LanguageNode"))
 print(graph._running[0].process.pid, flush=True)

@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from uncom_bringup.exceptions import GraphError
-from uncom_bringup.graph.node_processes import DRIVER, SIX_NODES, GraphProcesses, ParameterValue
+from uncom_bringup.graph.node_processes import GraphProcesses, ParameterValue
+from uncom_bringup.graph.node_specs import DRIVER, EXECUTION_NODE, SIX_NODES
 from uncom_bringup.graph.ros_domain import DomainClaim
 from uncom_bringup.monitor.completion import waiting_for
 from uncom_bringup.monitor.run_record import Event, RunRecord
@@ -101,7 +102,7 @@ def _run_graph(options: DemoOptions, scene_file: Path, domain: int, times: _Time
         graph.start(DRIVER, {"scene_file": str(scene_file.resolve()), "seed": options.seed})
         for spec in SIX_NODES:
             own: dict[str, ParameterValue] = {"use_sim_time": True}
-            if spec.name == "execution_node":
+            if spec is EXECUTION_NODE:
                 own["require_approval"] = False
             graph.start(spec, own)
         # What listens and writes is imported while the nodes start.

@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The nodes of the graph and starting them as processes.
-
-This file knows module names and parameter files only; the nodes themselves live in their packages.
-"""
+"""Nodes of the graph as processes: started with their parameters, watched, and ended in order."""
 
 from __future__ import annotations
 
@@ -21,47 +18,13 @@ from typing import Self
 from uncom_common.parent import STARTER
 
 from uncom_bringup.exceptions import BadInputError, GraphError
+from uncom_bringup.graph.node_specs import NodeSpec
 
 _LOG = logging.getLogger(__name__)
 
-CONFIG_DIR = Path(__file__).parents[1] / "config"
 _LAST_LINES = 6
 
 ParameterValue = bool | int | float | str | Sequence[bool] | Sequence[int] | Sequence[float] | Sequence[str]
-
-
-@dataclass(frozen=True, slots=True)
-class NodeSpec:
-    """One node: its ROS name, where its code is, and its class there (for one process)."""
-
-    name: str
-    package: str
-    class_name: str
-
-    @property
-    def module(self) -> str:
-        """Module to run with `python -m`."""
-        return f"{self.package}.{self.name}"
-
-    @property
-    def parameter_file(self) -> Path | None:
-        """The shipped parameter file, or None."""
-        path = CONFIG_DIR / f"{self.name}.yaml"
-        return path if path.exists() else None
-
-
-SIX_NODES = (
-    NodeSpec("speech_node", "uncom_language", "SpeechNode"),
-    NodeSpec("language_node", "uncom_language", "LanguageNode"),
-    NodeSpec("gesture_node", "uncom_perception", "GestureNode"),
-    NodeSpec("detection_node", "uncom_perception", "DetectionNode"),
-    NodeSpec("reasoner_node", "uncom_reasoner", "ReasonerNode"),
-    NodeSpec("execution_node", "uncom_tiago_exec", "ExecutionNode"),
-)
-# The one that stands for the robot in simulation.
-DRIVER = NodeSpec("driver_node", "uncom_sim", "DriverNode")
-# Everything that understands, and nothing that moves.
-UNDERSTANDING = tuple(spec for spec in SIX_NODES if spec.name != "execution_node")
 
 
 def parameter_text(value: ParameterValue) -> str:

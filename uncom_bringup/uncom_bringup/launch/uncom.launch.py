@@ -14,16 +14,9 @@ from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
+from uncom_bringup.graph.node_specs import DRIVER, EXECUTION_NODE, SIX_NODES
 
 _PROFILE = "FASTRTPS_DEFAULT_PROFILES_FILE"
-PACKAGES = {
-    "speech_node": "uncom_language",
-    "language_node": "uncom_language",
-    "gesture_node": "uncom_perception",
-    "detection_node": "uncom_perception",
-    "reasoner_node": "uncom_reasoner",
-    "execution_node": "uncom_tiago_exec",
-}
 
 
 def _truth(text: str, argument: str) -> bool:
@@ -44,17 +37,17 @@ def _nodes(context: LaunchContext) -> list[Node]:
     require_approval = _truth(approval, "require_approval") if approval else not sim
 
     nodes = []
-    for name, package in PACKAGES.items():
-        parameters: list[object] = [str(config / f"{name}.yaml"), {"use_sim_time": sim}]
-        if name == "execution_node":
+    for spec in SIX_NODES:
+        parameters: list[object] = [str(config / f"{spec.name}.yaml"), {"use_sim_time": sim}]
+        if spec is EXECUTION_NODE:
             parameters.append({"require_approval": require_approval})
         if extra:
             parameters.append(extra)
         nodes.append(
             Node(
-                package=package,
-                executable=name,
-                name=name,
+                package=spec.package,
+                executable=spec.name,
+                name=spec.name,
                 output="screen",
                 parameters=parameters,
                 arguments=["--ros-args", "--log-level", level],
@@ -66,7 +59,7 @@ def _nodes(context: LaunchContext) -> list[Node]:
             "seed": int(LaunchConfiguration("seed").perform(context)),
         }
         nodes.append(
-            Node(package="uncom_sim", executable="driver_node", name="driver_node", output="screen", parameters=[scene])
+            Node(package=DRIVER.package, executable=DRIVER.name, name=DRIVER.name, output="screen", parameters=[scene])
         )
     return nodes
 

@@ -16,6 +16,15 @@ from uncom_common.conversions import rgb_from_msg, seconds_from_msg
 
 from uncom_bringup.bags.image_codec import encode_jpeg
 from uncom_bringup.graph import topics
+from uncom_bringup.graph.node_specs import (
+    DETECT_SERVICE,
+    DETECTION_NODE,
+    EXECUTION_NODE,
+    GESTURE_NODE,
+    LANGUAGE_NODE,
+    REASONER_NODE,
+    SPEECH_NODE,
+)
 from uncom_bringup.monitor import run_record as kinds
 from uncom_bringup.monitor.conversions import message_class, plain_from_msg
 from uncom_bringup.monitor.run_record import Event, Frame, RunRecord
@@ -33,12 +42,11 @@ _LISTENED = {
 }
 # What tells that a node works.
 _SIGNS = {
-    kinds.HANDS: ("gesture_node", "first picture"),
-    kinds.SPEECH_STATUS: ("speech_node", "first sound"),
-    kinds.EXECUTION: ("execution_node", "idle"),
+    kinds.HANDS: (GESTURE_NODE.name, "first picture"),
+    kinds.SPEECH_STATUS: (SPEECH_NODE.name, "first sound"),
+    kinds.EXECUTION: (EXECUTION_NODE.name, "idle"),
 }
-_LISTENERS = {"language_node": topics.TRANSCRIPT, "reasoner_node": topics.COMMAND}
-_DETECT = "/uncom/detect"
+_LISTENERS = {LANGUAGE_NODE.name: topics.TRANSCRIPT, REASONER_NODE.name: topics.COMMAND}
 _ANNOTATED_QUALITY = 95
 _VIDEO_QUALITY = 85
 
@@ -90,8 +98,8 @@ class MonitorNode(Node):
         for node, topic in _LISTENERS.items():
             if all(info.node_name != node for info in self.get_subscriptions_info_by_topic(topic.name)):
                 waiting.append(f"{node} (to listen to {topic.name})")
-        if not any(name == _DETECT for name, _ in self.get_service_names_and_types()):
-            waiting.append(f"detection_node (service {_DETECT})")
+        if not any(name == DETECT_SERVICE for name, _ in self.get_service_names_and_types()):
+            waiting.append(f"{DETECTION_NODE.name} (service {DETECT_SERVICE})")
         return waiting
 
     def graph_is_up(self) -> bool:

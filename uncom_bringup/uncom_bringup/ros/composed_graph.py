@@ -16,7 +16,8 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from uncom_bringup.graph.node_processes import SIX_NODES, NodeSpec, ParameterValue
+from uncom_bringup.graph.node_processes import ParameterValue
+from uncom_bringup.graph.node_specs import SIX_NODES, NodeSpec
 
 
 def node_class(spec: NodeSpec) -> Any:

@@ -25,14 +25,16 @@ from uncom_bringup.bags.bag_reader import BagMessage, BagReader
 from uncom_bringup.bags.depth_first_order import with_depth_first
 from uncom_bringup.exceptions import GraphError
 from uncom_bringup.graph import topics
+from uncom_bringup.graph.node_specs import GESTURE_NODE, LANGUAGE_NODE, REASONER_NODE, SPEECH_NODE
 from uncom_bringup.monitor import run_record as kinds
 from uncom_bringup.monitor.monitor_node import MonitorNode
 from uncom_bringup.monitor.run_record import Event
 from uncom_bringup.replay.player_node import PlayerNode
 from uncom_bringup.ros.barrier import Barrier
-from uncom_bringup.ros.topic_subscribers import GESTURE, LANGUAGE, NODES, REASONER, SPEECH, Takers
+from uncom_bringup.ros.topic_subscribers import NODES, Takers
 
 _VOCABULARY = "/uncom/vocabulary"
+SPEECH, LANGUAGE, GESTURE, REASONER = (spec.name for spec in (SPEECH_NODE, LANGUAGE_NODE, GESTURE_NODE, REASONER_NODE))
 # Limits of wall time [s]; they end a wait for a node that is broken, and are far above what a slow machine takes.
 _ANSWER_S = 120.0
 _QUIET_S = 20.0

@@ -26,7 +26,8 @@ from rclpy.parameter import Parameter
 
 from uncom_bringup.bags.bag_reader import BagReader
 from uncom_bringup.exceptions import GraphError
-from uncom_bringup.graph.node_processes import UNDERSTANDING, GraphProcesses
+from uncom_bringup.graph.node_processes import GraphProcesses
+from uncom_bringup.graph.node_specs import UNDERSTANDING_NODES
 from uncom_bringup.graph.ros_domain import DomainClaim
 from uncom_bringup.monitor import run_record as kinds
 from uncom_bringup.monitor.monitor_node import MonitorNode
@@ -61,7 +62,7 @@ def measure(bags: Sequence[Path], folder: Path, parameter_files: Sequence[Path],
         DomainClaim(os.environ.get("ROS_DOMAIN_ID")) as claim,
         GraphProcesses(folder / "log", claim.domain, parameter_files) as graph,
     ):
-        for spec in UNDERSTANDING:
+        for spec in UNDERSTANDING_NODES:
             graph.start(spec, {"use_sim_time": True})
         run = _Run(claim.domain, graph, say)
         try:
@@ -141,7 +142,7 @@ class _Run:
         self._context.try_shutdown()
 
     def wait_until_up(self) -> None:
-        wanted = {spec.name for spec in UNDERSTANDING}
+        wanted = {spec.name for spec in UNDERSTANDING_NODES}
         deadline = time.monotonic() + _START_S
         while missing := wanted - {name for name, _ in self._monitor.get_node_names_and_namespaces()}:
             self._graph.check()

@@ -14,7 +14,8 @@ from std_srvs.srv import Trigger
 
 from uncom_bringup import output
 from uncom_bringup.exceptions import BadInputError
-from uncom_bringup.graph.node_processes import DRIVER, SIX_NODES, GraphProcesses, ParameterValue
+from uncom_bringup.graph.node_processes import GraphProcesses, ParameterValue
+from uncom_bringup.graph.node_specs import DRIVER, EXECUTION_NODE, SIX_NODES
 from uncom_bringup.graph.ros_domain import domain_from_text
 from uncom_bringup.monitor.monitor_node import MonitorNode
 from uncom_bringup.monitor.run_record import Event
@@ -68,7 +69,7 @@ def stay(
             graph.start(DRIVER, driver_parameters(scenario, scene, seed))
         for spec in SIX_NODES:
             own: dict[str, ParameterValue] = {"use_sim_time": sim}
-            if spec.name == "execution_node":
+            if spec is EXECUTION_NODE:
                 own["require_approval"] = require_approval
             graph.start(spec, own)
         output.note(f"starting {', '.join(graph.names)} on ROS domain {domain}; logs in {log_dir}; Ctrl-C ends it")

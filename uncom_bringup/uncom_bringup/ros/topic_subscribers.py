@@ -7,26 +7,11 @@ from collections.abc import Collection
 
 from uncom_bringup.bags.bag_reader import BagReader
 from uncom_bringup.graph import topics
+from uncom_bringup.graph.node_specs import DETECT_SERVICE, DETECTION_NODE, UNDERSTANDING_NODES
 from uncom_bringup.monitor.monitor_node import MonitorNode
 from uncom_bringup.replay.player_node import PlayerNode
 
-SPEECH, LANGUAGE, GESTURE, REASONER = "speech_node", "language_node", "gesture_node", "reasoner_node"
-DETECTION = "detection_node"
-NODES = (SPEECH, LANGUAGE, GESTURE, DETECTION, REASONER)
-# Who must be listening before a bag is played. A bag need not have all topics, and what we say is not in it.
-_TAKERS = {
-    topics.AUDIO: (SPEECH,),
-    topics.AUDIO_INFO: (SPEECH,),
-    topics.RGB: (GESTURE, REASONER),
-    topics.RGB_INFO: (GESTURE, REASONER),
-    topics.DEPTH: (GESTURE, REASONER),
-    topics.TF: (REASONER,),
-    topics.TF_STATIC: (REASONER,),
-    topics.TRANSCRIPT: (LANGUAGE, GESTURE),
-    topics.SPEECH_STATUS: (GESTURE,),
-    topics.COMMAND: (REASONER,),
-    topics.HANDS: (REASONER,),
-}
+NODES = tuple(spec.name for spec in UNDERSTANDING_NODES)
 
 
 class Takers:
@@ -41,12 +26,16 @@ class Takers:
     def missing(self) -> set[str]:
         """Return the nodes that do not listen yet to all that they will be told, or do not serve."""
         missing = set()
-        for topic, nodes in _TAKERS.items():
-            if topic.role is not topics.Role.SENSE or self._stored & {topic.name, topic.stored_name}:
+        for spec in UNDERSTANDING_NODES:
+            for topic in spec.inputs:
+                # A bag need not have all topics; what our own nodes say is not in it and is waited for all the same.
+                if topic.role is topics.Role.SENSE and not self._stored & {topic.name, topic.stored_name}:
+                    continue
                 infos = self._monitor.get_subscriptions_info_by_topic(topic.name)
-                missing.update(set(nodes) - {info.node_name for info in infos})
-        if not any(name == "/uncom/detect" for name, _ in self._monitor.get_service_names_and_types()):
-            missing.add(DETECTION)
+                if all(info.node_name != spec.name for info in infos):
+                    missing.add(spec.name)
+        if not any(name == DETECT_SERVICE for name, _ in self._monitor.get_service_names_and_types()):
+            missing.add(DETECTION_NODE.name)
         return missing
 
     def find(self) -> list[str]:

@@ -19,7 +19,8 @@ from rclpy.parameter import Parameter
 from uncom_bringup.bags.bag_reader import BagReader
 from uncom_bringup.exceptions import BagError, GraphError
 from uncom_bringup.graph import topics
-from uncom_bringup.graph.node_processes import UNDERSTANDING, GraphProcesses, ParameterValue
+from uncom_bringup.graph.node_processes import GraphProcesses, ParameterValue
+from uncom_bringup.graph.node_specs import GESTURE_NODE, REASONER_NODE, UNDERSTANDING_NODES
 from uncom_bringup.graph.ros_domain import DomainClaim
 from uncom_bringup.monitor.monitor_node import MonitorNode
 from uncom_bringup.monitor.run_record import Event
@@ -52,8 +53,8 @@ def graph_parameters(bag: BagReader) -> dict[str, dict[str, ParameterValue]]:
     depth = bool({topic.name for topic in bag.topics} & set(_DEPTHS))
     return {
         "": {"use_sim_time": True},
-        "gesture_node": {"use_depth": depth, "depth_wait_s": 0.0, "queue_size": 64},
-        "reasoner_node": {
+        GESTURE_NODE.name: {"use_depth": depth, "depth_wait_s": 0.0, "queue_size": 64},
+        REASONER_NODE.name: {
             "use_depth": depth,
             "look_ahead": False,
             "wait_timeout_s": 20.0,
@@ -83,7 +84,7 @@ def understand(
         GraphProcesses(log_dir, claim.domain, parameter_files) as graph,
     ):
         say(progress.head("starting", f"five nodes (ROS domain {claim.domain})"))
-        for spec in UNDERSTANDING:
+        for spec in UNDERSTANDING_NODES:
             graph.start(spec, {**parameters[""], **parameters.get(spec.name, {})})
         with _Ear(bag, claim.domain, graph.check, say) as ear:
             return ear.listen(rate)
@@ -109,7 +110,7 @@ def understand_in_process(
             parameters[name] = {**parameters.get(name, {}), **values}
         with (
             DomainClaim(None if domain is None else str(domain)) as claim,
-            ComposedGraph(claim.domain, UNDERSTANDING, parameters),
+            ComposedGraph(claim.domain, UNDERSTANDING_NODES, parameters),
             _Ear(bag, claim.domain, lambda: None, lambda _: None) as ear,
         ):
             return ear.listen(None)
