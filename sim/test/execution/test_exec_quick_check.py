@@ -8,8 +8,9 @@ import pytest
 from exec_fixtures import robot, start_positions
 from scipy.optimize import nnls
 from uncom_tiago_exec.collision.collision_checker import CollisionChecker, Contacts, densify
-from uncom_tiago_exec.collision.convex_checker import ROOMS
-from uncom_tiago_exec.robot.convex_covers import CORNERS, corners_of, covers_of, name_of
+from uncom_tiago_exec.collision.options import CONVEX_CHECKER
+from uncom_tiago_exec.robot.convex_covers import corners_of, covers_of, name_of
+from uncom_tiago_exec.robot.options import CONVEX_COVERS
 from uncom_tiago_exec.scene.obstacles import upright
 from uncom_tiago_exec.types import SIDES, Attachment, Obstacle
 
@@ -127,7 +128,7 @@ def test_every_point_of_a_mesh_is_within_the_radius_of_one_of_its_bodies():
         vertices = corners_of(thing.geometry)
         for fine in (True, False):
             textures = covers_of(vertices, fine=fine)
-            assert all(len(c.corners) <= CORNERS for c in textures)
+            assert all(len(c.corners) <= CONVEX_COVERS.max_corners for c in textures)
             points = np.vstack([vertices[::7], rng.dirichlet(np.full(len(vertices), 0.02), 25) @ vertices])
             for point in points:
                 assert min(_apart(c.corners, point) - c.radius for c in textures) < 1e-6
@@ -148,4 +149,4 @@ def test_a_mesh_that_no_file_knows_gets_one_coarse_body():
 
 
 def test_rooms_go_from_wide_to_narrow():
-    assert list(ROOMS) == sorted(ROOMS, reverse=True)
+    assert list(CONVEX_CHECKER.clearances_m) == sorted(CONVEX_CHECKER.clearances_m, reverse=True)

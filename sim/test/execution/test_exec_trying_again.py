@@ -26,7 +26,7 @@ from uncom_tiago_exec.execution.object_reidentification import followed, found_a
 from uncom_tiago_exec.execution.verification import verify
 from uncom_tiago_exec.grasping.grasps import grasp_candidates
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
-from uncom_tiago_exec.planning.carry_planner import UprightChecker, lean
+from uncom_tiago_exec.planning.carry_planner import UprightConstraint, lean
 from uncom_tiago_exec.planning.plan import MoveStep
 from uncom_tiago_exec.scene.object_shape import complete
 from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
@@ -74,12 +74,20 @@ def test_the_hand_does_not_dive_beside_the_table_with_what_it_carries():
     arm, grasp, free, here = with_a_lifted_can()
     height = float(arm.group.forward(here)[2, 3])
     for floor, is_kept in ((height - 0.01, True), (height + 0.01, False)):
-        assert UprightChecker(free, grasp, np.pi, floor).is_free(here) == is_kept
+        assert free.constrained(UprightConstraint(free.group, grasp, np.pi, floor)).is_free(here) == is_kept
+
+
+def test_another_grasp_gets_a_checker_of_its_own():
+    arm, grasp, _, _ = with_a_lifted_can()
+    narrow = arm.carrying(replace(grasp, width=0.03), frozenset())
+    wide = arm.carrying(replace(grasp, width=0.07), frozenset())
+    assert wide is not narrow
+    assert wide.group is not narrow.group
 
 
 def test_the_limit_of_leaning_holds_for_states_and_for_ways_between_them():
     arm, grasp, free, here = with_a_lifted_can()
-    upright = UprightChecker(free, grasp, np.radians(30.0))
+    upright = free.constrained(UprightConstraint(free.group, grasp, np.radians(30.0)))
     wrist = np.zeros(8)
     wrist[6] = 1.0
     states = [here + turn * wrist for turn in np.linspace(-0.8, 0.8, 9)]

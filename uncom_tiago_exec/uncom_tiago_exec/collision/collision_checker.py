@@ -3,25 +3,30 @@
 
 from __future__ import annotations
 
+import copy
 import logging
 from bisect import bisect_left, bisect_right
 from collections import deque
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import Any, Protocol, Self
 
 import coal
 import numpy as np
 import pinocchio as pin
 
-from uncom_tiago_exec.collision.convex_checker import ROOMS, QuickChecker
+from uncom_tiago_exec.collision.convex_checker import QuickChecker
 from uncom_tiago_exec.collision.mesh_checker import MeshChecker, asked_of_quick
+from uncom_tiago_exec.collision.options import (
+    COLLISION_CHECKER,
+    CONVEX_CHECKER,
+    CollisionCheckerOptions,
+)
 from uncom_tiago_exec.robot.arm_group import ArmGroup
 from uncom_tiago_exec.types import Attachment, FloatArray, Obstacle
 
 _LOG = logging.getLogger(__name__)
 HELD = "held"
-_FEW = 48  # states that are looked at one by one as fast as by the room around some of them
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +47,17 @@ class Contacts:
     held: frozenset[str] = field(default_factory=frozenset)
 
 
+class StateConstraint(Protocol):
+    """What a configuration has to keep beside the margins, such as that a held object stays upright."""
+
+    @property
+    def step(self) -> float:
+        """Greatest distance [rad, or m] between two configurations of a path at which it is checked."""
+
+    def holds(self, q: FloatArray) -> bool:
+        """Tell whether a configuration (8,) keeps it."""
+
+
 def is_finger(link: str) -> bool:
     """Tell whether a link is a finger of a gripper."""
     return link.endswith("finger_link")
@@ -57,12 +73,17 @@ class CollisionChecker:
         margins: Margins | None = None,
         contacts: Contacts | None = None,
         attachment: Attachment | None = None,
+        *,
+        options: CollisionCheckerOptions = COLLISION_CHECKER,
     ) -> None:
         """Choose the pairs and build the quick look; the close one is built when it is first needed."""
+        self._few_states = options.few_states
+        self._clearances_m = CONVEX_CHECKER.clearances_m
         self.group = group
         self.margins = margins or Margins()
         self.contacts = contacts or Contacts()
         self.checks = 0
+        self.constraint: StateConstraint | None = None
         self._names = list(group.links)
         self._added: list[Any] = []
         self._near = group.bounds.near(obstacles, max(self.margins.scene, self.margins.fingers))
@@ -78,6 +99,12 @@ class CollisionChecker:
         self._meshes: MeshChecker | None = None
         asked = asked_of_quick(group, self._margins)
         self._quick = QuickChecker(group.covers, self._added, self._pairs, asked, len(group.body_pairs))
+
+    def constrained(self, constraint: StateConstraint) -> Self:
+        """Return a checker of the same pairs, margins and solids that also asks for a constraint."""
+        checker = copy.copy(self)
+        checker.constraint = constraint
+        return checker
 
     def _add(self, obstacle: Obstacle, joint: int, frame: int, placement: Any, kind: str) -> None:
         x, y, z = obstacle.size
@@ -124,7 +151,9 @@ class CollisionChecker:
         return self._meshes
 
     def is_free(self, q: FloatArray) -> bool:
-        """Tell whether a configuration (8,) keeps every margin."""
+        """Tell whether a configuration (8,) keeps every margin, and the constraint if there is one."""
+        if self.constraint is not None and not self.constraint.holds(q):
+            return False
         self.checks += 1
         return self._quick.is_free(q) or self._closely().is_free(q)
 
@@ -161,36 +190,55 @@ class CollisionChecker:
         Every `step` is looked at, or lies so near to a configuration with room to spare that it is free as well.
         The whole way is looked at coarsely first: what is in the way is found sooner.
         """
+        if self.constraint is not None:
+            for q in densify(path, self.constraint.step):
+                if not self.constraint.holds(q):
+                    return np.asarray(q)
         points = densify(path, step)
         moved = self._quick.moves(points).tolist()
         # stretches whose middle is looked at next, and which room to ask for: what was missing nearby is not asked for
-        stretches = deque([(0, len(points), 0 if len(points) > _FEW else len(ROOMS))])
+        stretches = deque(
+            [
+                (
+                    0,
+                    len(points),
+                    0 if len(points) > self._few_states else len(self._clearances_m),
+                )
+            ]
+        )
         while stretches:
             low, high, level = stretches.popleft()
             if low >= high:
                 continue
             middle = bisect_left(moved, 0.5 * (moved[low] + moved[high - 1]), low, high - 1)
             level = self._room_at(points[middle], level)
-            if level == len(ROOMS) and not self.is_free(points[middle]):
+            if level == len(self._clearances_m) and not self.is_free(points[middle]):
                 return np.asarray(points[middle])
-            room = ROOMS[level] if level < len(ROOMS) else 0.0
+            room = self._clearances_m[level] if level < len(self._clearances_m) else 0.0
             stretches.append((low, bisect_left(moved, moved[middle] - room, low, middle), level))
             stretches.append((bisect_right(moved, moved[middle] + room, middle + 1, high), high, level))
         return None
 
     def way_is_free(self, start: FloatArray, end: FloatArray, step: float = 0.005) -> bool:
         """Check a straight line (8,) to (8,) as path_is_free does; several times as fast for one line."""
+        if self.constraint is not None:
+            states = max(2, int(np.ceil(np.abs(end - start).max() / self.constraint.step)) + 1)
+            if not all(self.constraint.holds(q) for q in np.linspace(start, end, states)):
+                return False
         way = end - start
         count = max(1, int(np.ceil(np.abs(way).max() / step)))
         part = self._quick.way(way) / count  # that solids move at most from one state to the next [m]
-        reaches = [*(int(room / part) if part > 0.0 else count for room in ROOMS), 0]
+        reaches = [
+            *(int(room / part) if part > 0.0 else count for room in self._clearances_m),
+            0,
+        ]
         stretches = deque([(0, count + 1, 0)])
         while stretches:
             low, high, level = stretches.popleft()
             middle = (low + high) // 2
             q = start + way * (middle / count)
             level = self._room_at(q, level)
-            if level == len(ROOMS) and not self.is_free(q):
+            if level == len(self._clearances_m) and not self.is_free(q):
                 return False
             reach = reaches[level]
             if low < middle - reach:
@@ -201,7 +249,7 @@ class CollisionChecker:
 
     def _room_at(self, q: FloatArray, level: int) -> int:
         """Return which of ROOMS from `level` on there is at a configuration; their number if there is none."""
-        while level < len(ROOMS) and not self._quick.has_room(q, ROOMS[level]):
+        while level < len(self._clearances_m) and not self._quick.has_room(q, self._clearances_m[level]):
             level += 1
         self.checks += 1
         return level

@@ -14,25 +14,30 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from uncom_tiago_exec.collision.options import CONVEX_CHECKER, ConvexCheckerOptions
 from uncom_tiago_exec.robot.cover_model import CoverModel, Pairs, _as_it_is, _Asked, _farthest
 from uncom_tiago_exec.types import FloatArray
-
-ROOMS = (0.06, 0.02, 0.008)  # [m] that the farthest moving solid is asked to have beside its margins, most first
-# shares of that room that all solids have: against what stands still, and against what rises with the torso
-_LEAST_SHARES = (0.3, 0.02)
 
 
 class QuickChecker:
     """Looks at configurations of one group in one scene; made for the pairs and margins of a checker."""
 
     def __init__(
-        self, covers: CoverModel, others: Sequence[Any], pairs: Pairs, margins: FloatArray, of_body: int
+        self,
+        covers: CoverModel,
+        others: Sequence[Any],
+        pairs: Pairs,
+        margins: FloatArray,
+        of_body: int,
+        *,
+        options: ConvexCheckerOptions = CONVEX_CHECKER,
     ) -> None:
         """Build the model of covers and of `others` (what a checker has added); pairs and margins are the checker's.
 
         The first `of_body` pairs are the same for all checkers of a group, but for their margins. Pairs that are
         always kept may be left out by a negative margin.
         """
+        self._options = options
         self.model = covers.model
         base = covers.base(tuple(pairs[:of_body]), margins[:of_body])
         bodies, of_shape = list(covers.bodies), list(covers.of_shape)
@@ -52,7 +57,7 @@ class QuickChecker:
         reaches = np.stack([reach, reach * (np.arange(len(reach)) > 0)[:, None]])
         pace = np.array(self.model.velocityLimit) @ reaches[1]
         # near the shoulder little moves and little room is left; far from it, and from the scene, there is more
-        self._share_of_joint = np.stack([np.maximum(pace / pace.max(), least) for least in _LEAST_SHARES])
+        self._share_of_joint = np.stack([np.maximum(pace / pace.max(), least) for least in self._options.least_shares])
         self._shares = np.concatenate([self._share_of_joint[tuple(asked.outer.T)] for asked in self._asked])
         self._per_room = np.hstack(reaches[:, :, 1:] / self._share_of_joint[:, None, 1:])
         self._data = self.model.createData()

@@ -10,15 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from uncom_tiago_exec.grasping.options import GRASP_QUALITY, GraspQualityOptions
 from uncom_tiago_exec.scene.object_shape import VOXEL, ObjectShape
 from uncom_tiago_exec.types import FloatArray
-
-_SHEET = 11.0  # [kg/m^2] of the surface of dishes: 4 to 5 mm of ceramic, 1.5 mm of steel
-_PRESS = 10.0  # [N] of one pad, for sure
-_PATCH = 0.004  # [m] points this near to the outermost count as touched
-_END = 0.01  # [m] of the pads, where they end
-_SLIPPERY = 0.7  # that much wider per length it slips out, whatever it is made of
-_UNSURE = 0.003  # [m] of a width as it is seen
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,21 +38,33 @@ class Between:
     room: float
 
 
-def quality_of(shape: ObjectShape, between: Between, hand: Hand, place: FloatArray, family: str) -> float:
+def quality_of(
+    shape: ObjectShape,
+    between: Between,
+    hand: Hand,
+    place: FloatArray,
+    family: str,
+    *,
+    options: GraspQualityOptions = GRASP_QUALITY,
+) -> float:
     """Judge a grasp of a family ("across" or "rim") at a place (3,) between the pads."""
-    passes = float(np.clip((between.room - _UNSURE) / 0.015, 0.4, 1.0))  # fingers that just pass touch its edge
-    quality = _held(shape, between, hand, place) * passes
+    passes = float(
+        np.clip((between.room - options.width_error_m) / 0.015, 0.4, 1.0)
+    )  # fingers that just pass touch its edge
+    quality = _held(shape, between, hand, place, options=options) * passes
     if family == "across":
-        return quality * float(np.clip(1.0 - _tapers(between) / _SLIPPERY, 0.2, 1.0))
+        return quality * float(np.clip(1.0 - _tapers(between, options=options) / options.slip_taper, 0.2, 1.0))
     steep = float(np.sin(hand.pitch) ** 1.5)
-    return 0.85 * quality * steep * _seen(shape, place) * _bears(shape, place, between.tip)
+    return 0.85 * quality * steep * _seen(shape, place) * _bears(shape, place, between.tip, options=options)
 
 
-def _held(shape: ObjectShape, between: Between, hand: Hand, place: FloatArray) -> float:
+def _held(
+    shape: ObjectShape, between: Between, hand: Hand, place: FloatArray, *, options: GraspQualityOptions = GRASP_QUALITY
+) -> float:
     """Judge contact patches, width, depth, leverage of the weight and approach."""
     span = between.points
     low, high = float(span[:, 1].min()), float(span[:, 1].max())
-    left, right = span[span[:, 1] < low + _PATCH], span[span[:, 1] > high - _PATCH]
+    left, right = span[span[:, 1] < low + options.contact_depth_m], span[span[:, 1] > high - options.contact_depth_m]
     # both pads should meet at one place of the fingers, else they turn the thing
     slant = np.linalg.norm(left[:, [0, 2]].mean(axis=0) - right[:, [0, 2]].mean(axis=0))
     facing = float(np.exp(-((slant / max(high - low, 0.012)) ** 2) * 2.0))
@@ -79,7 +85,7 @@ def _held(shape: ObjectShape, between: Between, hand: Hand, place: FloatArray) -
     return float(facing * contact * depth * width * leverage * approach * above)
 
 
-def _tapers(between: Between) -> float:
+def _tapers(between: Between, *, options: GraspQualityOptions = GRASP_QUALITY) -> float:
     """Return how much wider to a side things get per length where the pads end.
 
     Pads that end before the widest place press a thing out from between them.
@@ -88,12 +94,15 @@ def _tapers(between: Between) -> float:
     steepest, widest = 0.0, float(np.ptp(span[:, 1])) - 0.5 * VOXEL
     sides = (span[:, 0], between.tip), (span[:, 2], between.half_width), (-span[:, 2], between.half_width)
     for along, end in sides:
-        last, before = along > end - _END, (along > end - 2.0 * _END) & (along <= end - _END)
+        last, before = (
+            along > end - options.pad_end_m,
+            (along > end - 2.0 * options.pad_end_m) & (along <= end - options.pad_end_m),
+        )
         if np.count_nonzero(last) < 2 or np.count_nonzero(before) < 2:
             continue
         width = float(np.ptp(span[last, 1]))
         if width >= widest:
-            steepest = max(steepest, 0.5 * (width - float(np.ptp(span[before, 1]))) / _END)
+            steepest = max(steepest, 0.5 * (width - float(np.ptp(span[before, 1]))) / options.pad_end_m)
     return steepest
 
 
@@ -104,12 +113,14 @@ def _seen(shape: ObjectShape, place: FloatArray) -> float:
     return float(1.0 - 0.4 * max(0.0, float(outward @ view) / max(float(np.linalg.norm(outward)), 1e-6)))
 
 
-def _bears(shape: ObjectShape, place: FloatArray, depth: float) -> float:
+def _bears(
+    shape: ObjectShape, place: FloatArray, depth: float, *, options: GraspQualityOptions = GRASP_QUALITY
+) -> float:
     """Return less than 1 where the weight beside the fingers would turn the thing out of them.
 
     It is held level by one pad pressing at the edge and the other `depth` [m] below.
     """
     middle = shape.points.mean(axis=0)
-    weight = _SHEET * 9.81 * len(shape.points) * VOXEL**2
+    weight = options.sheet_kg_m2 * 9.81 * len(shape.points) * VOXEL**2
     moment = weight * float(np.linalg.norm(place[:2] - middle[:2]))
-    return min(1.0, _PRESS * max(depth, 0.0) / max(moment, 1e-6)) ** 2
+    return min(1.0, options.pad_force_n * max(depth, 0.0) / max(moment, 1e-6)) ** 2

@@ -16,23 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from uncom_tiago_exec.grasping.grasp_quality import Between, Hand, quality_of
+from uncom_tiago_exec.grasping.options import GRASP_SAMPLER, GraspSamplerOptions
 from uncom_tiago_exec.robot.gripper_shape import GripperShape
 from uncom_tiago_exec.scene.object_shape import ObjectShape, thin
 from uncom_tiago_exec.types import FloatArray
-
-PITCHES = (90.0, 75.0, 60.0, 48.0, 36.0)
-TIP_CLEARANCE = 0.004  # [m] between finger tips and table
-SIDE_CLEARANCE = 0.004  # [m] between an open finger and what it passes
-LOW_RIM = 0.028  # [m] a border lower than this leaves the fingers too little to hold the weight beside them
-_ROOMS = (0.05, 0.04, 0.03, 0.022)  # [m] for the fingers beside what they take
-_UPRIGHT = 0.15  # [rad] of a wall that slopes less than this
-_LEAN = 0.7  # [rad] of a hand at most
-_ALONG = (90.0, 75.0)  # pitches of hands that lean along a wall
-_FEW = 20  # points that tell no slope
-_HALF_OPEN = 0.035  # [m] from the middle to the outside of fingers that are opened a little
-_OVER_RIM = 0.036  # [m] that tips go below a border, if its floor allows: pads so long bear the weight beside them
-_PAST, _DEEPER = 0.008, 0.05  # [m] that tips go beyond the widest place between the pads, and beyond its middle at most
-_NEARLY = 0.97  # of the greatest width
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,15 +43,22 @@ class Grasp:
         return self.pose[:3, 0]
 
 
-def grasp_candidates(shape: ObjectShape, others: FloatArray, gripper: GripperShape, count: int = 120) -> list[Grasp]:
+def grasp_candidates(
+    shape: ObjectShape,
+    others: FloatArray,
+    gripper: GripperShape,
+    count: int = 120,
+    *,
+    options: GraspSamplerOptions = GRASP_SAMPLER,
+) -> list[Grasp]:
     """Return up to `count` grasps of each family, best first; fingers keep off others (N, 3), the neighbours."""
     near = others
     if len(others):
         reach = 0.5 * float(np.linalg.norm(shape.size)) + 0.2
         near = thin(others[np.linalg.norm(others[:, :2] - shape.middle[:2], axis=1) < reach], 0.007)
     found = []
-    for hand, place, family in _proposals(shape):
-        grasp = _fit(shape, near, gripper, hand, place, family)
+    for hand, place, family in _proposals(shape, options=options):
+        grasp = _fit(shape, near, gripper, hand, place, family, options=options)
         if grasp is not None:
             found.append(grasp)
     found.sort(key=lambda g: -g.quality)
@@ -86,36 +80,38 @@ def _hand(pitch_deg: float, yaw: float, lean: float = 0.0) -> Hand:
     return Hand(approach, closing, np.cross(approach, closing), float(pitch))
 
 
-def _proposals(shape: ObjectShape) -> Iterator[tuple[Hand, FloatArray, str]]:
+def _proposals(
+    shape: ObjectShape, *, options: GraspSamplerOptions = GRASP_SAMPLER
+) -> Iterator[tuple[Hand, FloatArray, str]]:
     """Yield hands and the points between their pads."""
     yaws = list(np.radians(np.arange(-180.0, 180.0, 22.5)))
-    slope = _slope(shape)
+    slope = _slope(shape, options=options)
     if shape.axis is None:
         yaws += [shape.yaw + k * np.pi / 2.0 for k in range(4)]
-    for pitch in PITCHES:
+    for pitch in options.pitches_deg:
         for yaw in yaws:
             hand = _hand(pitch, float(yaw))
-            if shape.rim is not None and shape.rim.z - shape.bottom > LOW_RIM:
+            if shape.rim is not None and shape.rim.z - shape.bottom > options.low_rim_m:
                 for sign in (-1.0, 1.0):
                     edge = shape.rim.centre + sign * (shape.rim.radius - 0.004) * hand.closing[:2]
                     place = np.array([edge[0], edge[1], shape.rim.z])
                     yield hand, place, "rim"
-                    if slope > _UPRIGHT and pitch in _ALONG:
+                    if slope > options.upright_wall_rad and pitch in options.wall_pitches_deg:
                         yield _hand(pitch, float(yaw), sign * slope), place, "rim"
             for place in _places(shape):
                 yield hand, place, "across"
 
 
-def _slope(shape: ObjectShape) -> float:
+def _slope(shape: ObjectShape, *, options: GraspSamplerOptions = GRASP_SAMPLER) -> float:
     """Return by how much the wall under the rim leans outwards [rad]: pads lie flat on it when the hand leans too."""
     rim = shape.rim
     if rim is None:
         return 0.0
     radius, z = np.linalg.norm(shape.visible[:, :2] - rim.centre, axis=1), shape.visible[:, 2]
     wall = (z > max(rim.z - 0.03, rim.floor_z + 0.008)) & (np.abs(radius / rim.radius - 0.85) < 0.2)
-    if int(np.count_nonzero(wall)) < _FEW or float(np.ptp(z[wall])) < 0.015:
+    if int(np.count_nonzero(wall)) < options.few_points or float(np.ptp(z[wall])) < 0.015:
         return 0.0
-    return float(np.clip(np.arctan(np.polyfit(z[wall], radius[wall], 1)[0]), 0.0, _LEAN))
+    return float(np.clip(np.arctan(np.polyfit(z[wall], radius[wall], 1)[0]), 0.0, options.max_lean_rad))
 
 
 def _places(shape: ObjectShape) -> Iterator[FloatArray]:
@@ -133,13 +129,20 @@ def _places(shape: ObjectShape) -> Iterator[FloatArray]:
 
 
 def _fit(
-    shape: ObjectShape, others: FloatArray, gripper: GripperShape, hand: Hand, place: FloatArray, family: str
+    shape: ObjectShape,
+    others: FloatArray,
+    gripper: GripperShape,
+    hand: Hand,
+    place: FloatArray,
+    family: str,
+    *,
+    options: GraspSamplerOptions = GRASP_SAMPLER,
 ) -> Grasp | None:
     """Place the hand at a point as deep as it can go, and judge it; None if something is in the way."""
     frame = np.column_stack([hand.approach, hand.closing, hand.lateral])
     local = (shape.points - place) @ frame
     near = (others - place) @ frame if len(others) else np.zeros((0, 3))
-    tip = _tip_depth(shape, gripper, hand, place, local, family)
+    tip = _tip_depth(shape, gripper, hand, place, local, family, options=options)
     if tip is None:
         return None
     low_limit = tip - (gripper.tip - gripper.palm)
@@ -153,8 +156,10 @@ def _fit(
         width, middle = high - low, 0.5 * (low + high)
         if width > gripper.open - 0.006:
             return None
-        rooms = _ROOMS if hand.closing[2] == 0.0 else _ROOMS[2:]  # a lower finger keeps off the table
-        opening = _opening(local, near, gripper, tip, (low, high), rooms)
+        rooms = (
+            options.finger_rooms_m if hand.closing[2] == 0.0 else options.finger_rooms_m[2:]
+        )  # a lower finger keeps off the table
+        opening = _opening(local, near, gripper, tip, (low, high), rooms, options=options)
         if opening is not None:
             break
     else:
@@ -177,21 +182,34 @@ def _opening(
     tip: float,
     edges: tuple[float, float],
     rooms: tuple[float, ...],
+    *,
+    options: GraspSamplerOptions = GRASP_SAMPLER,
 ) -> float | None:
     """Return the widest opening with which fingers and palm pass; room beside the thing forgives what was not seen."""
     width, middle = edges[1] - edges[0], 0.5 * (edges[0] + edges[1])
     for room in rooms:
         opening = min(gripper.open - 0.002, width + room)
-        if not _blocked(local, near, gripper, tip, middle, opening):
+        if not _blocked(local, near, gripper, tip, middle, opening, options=options):
             return opening
     return None
 
 
 def _tip_depth(
-    shape: ObjectShape, gripper: GripperShape, hand: Hand, place: FloatArray, local: FloatArray, family: str
+    shape: ObjectShape,
+    gripper: GripperShape,
+    hand: Hand,
+    place: FloatArray,
+    local: FloatArray,
+    family: str,
+    *,
+    options: GraspSamplerOptions = GRASP_SAMPLER,
 ) -> float | None:
     """Return how far beyond `place` the finger tips go along the approach, or None if they cannot."""
-    wanted = _OVER_RIM if family == "rim" else max(0.022, min(_widest(local, gripper) + _PAST, _DEEPER))
+    wanted = (
+        options.over_rim_m
+        if family == "rim"
+        else max(0.022, min(_widest(local, gripper, options=options) + options.past_widest_m, options.past_middle_m))
+    )
     in_palm = (np.abs(local[:, 2]) <= gripper.body[1]) & (np.abs(local[:, 1]) <= gripper.body[0])
     if family == "across" and shape.rim is not None and in_palm.any():
         wanted = 0.03
@@ -199,7 +217,9 @@ def _tip_depth(
         wanted = min(wanted, float(local[in_palm, 0].min()) + (gripper.tip - gripper.palm) - 0.008)
     # how far the lower corner of a pad is under its middle
     corner, down = gripper.half_width * abs(float(hand.lateral[2])), -float(hand.approach[2])
-    lowest = place[2] - shape.bottom - corner - _HALF_OPEN * abs(float(hand.closing[2])) - TIP_CLEARANCE
+    lowest = (
+        place[2] - shape.bottom - corner - options.half_open_m * abs(float(hand.closing[2])) - options.tip_clearance_m
+    )
     wanted = min(wanted, lowest / down)
     if family == "rim" and shape.rim is not None:
         wanted = min(wanted, (shape.rim.z - shape.rim.floor_z - corner - 0.003) / down)
@@ -209,21 +229,28 @@ def _tip_depth(
     return wanted if wanted >= least else None
 
 
-def _widest(local: FloatArray, gripper: GripperShape) -> float:
+def _widest(local: FloatArray, gripper: GripperShape, *, options: GraspSamplerOptions = GRASP_SAMPLER) -> float:
     """Return how far along the approach pads would have to go to hold points (N, 3) where they are widest."""
-    between = local[(np.abs(local[:, 2]) <= gripper.half_width) & (local[:, 0] <= _DEEPER)]
+    between = local[(np.abs(local[:, 2]) <= gripper.half_width) & (local[:, 0] <= options.past_middle_m)]
     if not len(between):
         return 0.0
     between = between[np.argsort(between[:, 0])]
     widths = np.maximum.accumulate(between[:, 1]) - np.minimum.accumulate(between[:, 1])
-    return float(between[int(np.searchsorted(widths, _NEARLY * widths[-1])), 0])
+    return float(between[int(np.searchsorted(widths, options.widest_share * widths[-1])), 0])
 
 
 def _blocked(
-    local: FloatArray, near: FloatArray, gripper: GripperShape, tip: float, middle: float, opening: float
+    local: FloatArray,
+    near: FloatArray,
+    gripper: GripperShape,
+    tip: float,
+    middle: float,
+    opening: float,
+    *,
+    options: GraspSamplerOptions = GRASP_SAMPLER,
 ) -> bool:
     """Tell whether open fingers or palm, coming in along the approach, meet the thing itself or a neighbour."""
-    for points, slack in ((local, 0.0), (near, SIDE_CLEARANCE)):
+    for points, slack in ((local, 0.0), (near, options.side_clearance_m)):
         if not len(points):
             continue
         ahead = points[:, 0] < tip + slack

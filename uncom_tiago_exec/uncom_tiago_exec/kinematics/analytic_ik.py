@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from uncom_tiago_exec.kinematics.options import ANALYTIC_IK, AnalyticIkOptions
 from uncom_tiago_exec.types import FloatArray
 
-_EXACT = 1e-7  # [m, or of a unit vector] how well the axes have to meet
 _SIGN_4 = np.array([[1.0], [1.0], [-1.0], [-1.0]])  # of the first four postures; the others turn the wrist over
 _SIGN_3 = np.array([[1.0], [-1.0], [1.0], [-1.0]])
 # a turn about z is cos * _TURN[0] + sin * _TURN[1] + _TURN[2]
@@ -27,24 +27,25 @@ _TURN = np.array(
 class ClosedForm:
     """Constants of one arm, read from its model (torso and seven joints, in this order)."""
 
-    def __init__(self, model: Any, tool: int) -> None:
+    def __init__(self, model: Any, tool: int, *, options: AnalyticIkOptions = ANALYTIC_IK) -> None:
         """Read the placements of the joints and of the tool frame.
 
         Raises:
             ValueError: the axes do not meet as those of a TIAGo's arm do; use a numerical solver.
         """
+        self._options = options
         at = [np.array(model.jointPlacements[i].homogeneous) for i in range(1, 9)]
         kinds = [str(model.joints[i].shortname()) for i in range(1, 9)]
         if kinds != ["JointModelPZ"] + ["JointModelRZ"] * 7:
             raise ValueError("the joints are not one lift and seven turns about their own z axes")
-        if not np.allclose(at[0][:3, :3], np.eye(3), atol=_EXACT):
+        if not np.allclose(at[0][:3, :3], np.eye(3), atol=self._options.axis_tolerance):
             raise ValueError("the torso does not rise along the vertical")
         frame = np.array(model.frames[tool].placement.homogeneous)
         self._torso, self._first, self._second = at[0][:3, 3], at[1], at[2]
         # S: where the axis of joint 3 meets that of joint 2, in the frames of both
         third = at[3]
         along = third[:3, 2]
-        if abs(along[2]) > _EXACT:
+        if abs(along[2]) > self._options.axis_tolerance:
             raise ValueError("the axes of joints 2 and 3 are not at right angles")
         reach = float(third[:2, 3] @ along[:2])
         self._shoulder_z = float(third[2, 3])
@@ -60,7 +61,10 @@ class ClosedForm:
         self._fifth = at[5][:3, :3]
         # R56 Rz(q6) R67 = turn about y by sign * q6, then a fixed rest that must be none
         axis = six[:, 2]
-        if np.abs(six @ at[7][:3, :3] - np.eye(3)).max() > _EXACT or abs(abs(axis[1]) - 1.0) > _EXACT:
+        if (
+            np.abs(six @ at[7][:3, :3] - np.eye(3)).max() > self._options.axis_tolerance
+            or abs(abs(axis[1]) - 1.0) > self._options.axis_tolerance
+        ):
             raise ValueError("the wrist is not a ZYZ wrist")
         self._sign = float(np.sign(axis[1]))
         self._tool_turn, self._tool_offset = frame[:3, :3], frame[:3, 3]

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,34 +18,23 @@ from uncom_tiago_exec.collision.collision_checker import CollisionChecker
 from uncom_tiago_exec.exceptions import InCollisionError, UnreachableError
 from uncom_tiago_exec.kinematics.analytic_ik import ClosedForm
 from uncom_tiago_exec.kinematics.numerical_ik import Descent
+from uncom_tiago_exec.kinematics.options import IK_SEARCH, IkSearchOptions
 from uncom_tiago_exec.robot.arm_group import ArmGroup
 from uncom_tiago_exec.types import FloatArray
 
 _LOG = logging.getLogger(__name__)
-_ROUNDS = (20, 96, 512)  # pairs of torso height and first joint looked at, one round after another
-# how far torso [m] and first joint [rad] are tried to go while the hand goes straight
-_RISES = (0.0, -0.03, 0.03, -0.06, 0.06, -0.1, 0.1)
-_TURNS = (0.0, -0.1, 0.1, -0.2, 0.2, -0.35, 0.35, -0.5, 0.5)
-_DETOURS = np.array([[rise, turn] for rise in _RISES for turn in _TURNS])
-_NEARBY = 0.2  # [m] of a straight way whose end is near enough for these to be all
-_MARGIN = 0.06  # share of a joint's range next to a limit that is better avoided
-
-
-@dataclass(frozen=True, slots=True)
-class IkOptions:
-    """Random restarts of the descent, and how far apart two solutions should be [rad, or m]."""
-
-    restarts: int = 20
-    distinct: float = 0.3
 
 
 class IkSolver:
     """Solves for the grasping frame of one group. The generator makes restarts repeatable."""
 
-    def __init__(self, group: ArmGroup, seed: int = 0, options: IkOptions | None = None) -> None:
-        """Read the arm's geometry; nothing is solved yet."""
+    def __init__(self, group: ArmGroup, seed: int = 0, *, options: IkSearchOptions = IK_SEARCH) -> None:
+        """Read the geometry of a group's arm; the seed makes the restarts repeatable."""
+        self._options = options
         self.group = group
-        self.options = options or IkOptions()
+        self._detours = np.array(
+            [[rise, turn] for rise in options.torso_detours_m for turn in options.shoulder_detours_rad]
+        )
         self._rng = np.random.default_rng(seed)
         self._descent = Descent(group)
         self._closed: ClosedForm | None = None
@@ -55,9 +43,10 @@ class IkSolver:
         except ValueError as error:
             _LOG.info("inverse kinematics by descent alone: %s", error)
         # a sequence that fills the square evenly (Roberts 2018), from the middle of the ranges on
-        steps = np.arange(sum(_ROUNDS))[:, None] * [0.7548776662466927, 0.5698402909980532]
+        steps = np.arange(sum(self._options.rounds))[:, None] * [0.7548776662466927, 0.5698402909980532]
         shares = (0.5 + steps) % 1.0
-        shares[_ROUNDS[0] : _ROUNDS[0] + 40, 0] = 1.0  # what stands on a table is best reached from above
+        # what stands on a table is best reached from above
+        shares[self._options.rounds[0] : self._options.rounds[0] + 40, 0] = 1.0
         self._samples = group.lower[:2] + shares * (group.upper - group.lower)[:2]
         # of each joint, as columns
         self._middle = 0.5 * (group.upper + group.lower)[:, None]
@@ -82,7 +71,7 @@ class IkSolver:
         path = self._along(poses, start, start[:2])
         if path is not None:
             return path
-        ends = np.clip(start[:2] + _DETOURS, self.group.lower[:2], self.group.upper[:2])
+        ends = np.clip(start[:2] + self._detours, self.group.lower[:2], self.group.upper[:2])
         q = self._closed.postures(poses[-1], ends[:, 0], ends[:, 1]).reshape(8, -1)
         inside = (np.abs(q - self._middle) <= self._half).all(axis=0)
         if inside.any():
@@ -90,7 +79,9 @@ class IkSolver:
             nearest = int(np.abs((good - start[:, None]) * self._scale).max(axis=0).argmin())
             return self._along(poses, start, good[:2, nearest])
         first, last = poses[0], poses[-1]
-        if np.linalg.norm(last[:3, 3] - first[:3, 3]) < _NEARBY and np.array_equal(last[:3, :3], first[:3, :3]):
+        if np.linalg.norm(last[:3, 3] - first[:3, 3]) < self._options.nearby_m and np.array_equal(
+            last[:3, :3], first[:3, :3]
+        ):
             raise UnreachableError(self._far(last))
         return None
 
@@ -125,8 +116,8 @@ class IkSolver:
             raise UnreachableError(self._far(target))
         found: list[FloatArray] = []
         blocked: FloatArray | None = None
-        for q in self._candidates(target, tuple(seeds), self.options.restarts if restarts is None else restarts):
-            if any(np.abs(q - other).max() < self.options.distinct for other in found):
+        for q in self._candidates(target, tuple(seeds), self._options.restarts if restarts is None else restarts):
+            if any(np.abs(q - other).max() < self._options.distinct for other in found):
                 continue
             if checker is not None and not checker.is_free(q):
                 blocked = q if blocked is None else blocked
@@ -147,7 +138,7 @@ class IkSolver:
         if self._closed is not None:
             misses: list[FloatArray] = []
             begin = 0
-            for size in _ROUNDS if restarts > 0 else _ROUNDS[:2]:
+            for size in self._options.rounds if restarts > 0 else self._options.rounds[:2]:
                 pairs = self._samples[begin : begin + size]
                 if begin == 0 and seeds:
                     pairs = np.vstack([[seed[:2] for seed in seeds], pairs])
@@ -175,11 +166,11 @@ class IkSolver:
         if len(inside) > 0:
             good = q.take(inside, axis=1)
             edge = ((self._half - off.take(inside, axis=1)) * self._per_range).min(axis=0)  # of the nearer limit
-            cost = np.maximum(0.0, 1.0 - edge * (1.0 / _MARGIN))
+            cost = np.maximum(0.0, 1.0 - edge * (1.0 / self._options.limit_margin))
             if seeds:
                 cost += (np.abs(good - seeds[0][:, None]) * self._scale).max(axis=0)
             best = list(good.T[np.argsort(cost)])
-        if q.shape[1] <= 8 * (_ROUNDS[0] + len(seeds)):
+        if q.shape[1] <= 8 * (self._options.rounds[0] + len(seeds)):
             return best, []
         # the nearest miss of each posture
         excess = np.nan_to_num((off - self._half).max(axis=0), nan=np.inf)

@@ -11,18 +11,19 @@ import numpy as np
 import pinocchio as pin
 from scipy.linalg.lapack import dposv
 
+from uncom_tiago_exec.kinematics.options import NUMERICAL_IK, NumericalIkOptions
 from uncom_tiago_exec.robot.arm_group import ArmGroup
 from uncom_tiago_exec.types import FloatArray
-
-POSITION_TOLERANCE = 5e-4  # [m]
-ROTATION_TOLERANCE = 5e-3  # [rad]
 
 
 class Descent:
     """Descends to poses of the grasping frame of one group."""
 
-    def __init__(self, group: ArmGroup, iterations: int = 50, stall: int = 5) -> None:
+    def __init__(
+        self, group: ArmGroup, iterations: int = 50, stall: int = 5, *, options: NumericalIkOptions = NUMERICAL_IK
+    ) -> None:
         """Keep the group; a descent ends after `iterations`, or after `stall` of them without progress."""
+        self._options = options
         self.group = group
         self._iterations = iterations
         self._stall = stall
@@ -39,7 +40,10 @@ class Descent:
         error, jacobian = self._linearise(q, goal)
         norm = float(error @ error)
         for _ in range(iterations or self._iterations):
-            if np.abs(error[:3]).max() < POSITION_TOLERANCE / 2 and np.abs(error[3:]).max() < ROTATION_TOLERANCE / 2:
+            if (
+                np.abs(error[:3]).max() < self._options.position_tolerance_m / 2
+                and np.abs(error[3:]).max() < self._options.rotation_tolerance_rad / 2
+            ):
                 return q
             step = self._step(q, error, jacobian, damping)
             candidate = np.clip(q + step, lower, upper)

@@ -16,6 +16,7 @@ from uncom_tiago_exec.kinematics.cartesian_path import straight_path
 from uncom_tiago_exec.kinematics.ik_solver import IkSolver
 from uncom_tiago_exec.planning.alternatives import BLOCKED, Alternatives
 from uncom_tiago_exec.planning.joint_planner import JointPlanner, PlannerOptions
+from uncom_tiago_exec.planning.options import ARM_PLANNER, ArmPlannerOptions
 from uncom_tiago_exec.robot.arm_group import ArmGroup
 from uncom_tiago_exec.robot.joint_names import finger_joints
 from uncom_tiago_exec.robot.robot_model import RobotModel
@@ -24,17 +25,22 @@ from uncom_tiago_exec.scene.scene_model import SceneModel
 from uncom_tiago_exec.trajectory.time_parameterization import MotionLimits, time_path
 from uncom_tiago_exec.types import Attachment, FloatArray, Obstacle, Side, Trajectory
 
-_FREE_FINGERS = 0.008  # [m] that fingers keep from everything on free ways: little is gained by going nearer
-_GAP_STEP = 0.01  # [m] openings are planned in steps, the wider one
-
 
 class ArmPlanner:
     """Plans for one side from given joint positions; everything else of the robot stays where it is."""
 
     def __init__(
-        self, robot: RobotModel, side: Side, positions: Mapping[str, float], scene: SceneModel, config: ExecutionConfig
+        self,
+        robot: RobotModel,
+        side: Side,
+        positions: Mapping[str, float],
+        scene: SceneModel,
+        config: ExecutionConfig,
+        *,
+        options: ArmPlannerOptions = ARM_PLANNER,
     ) -> None:
         """Keep what is needed; models are made when first used."""
+        self._options = options
         self.side: Side = side
         self.scene = scene
         self.config = config
@@ -42,21 +48,22 @@ class ArmPlanner:
         self._positions = dict(positions)
         self._groups: dict[float, ArmGroup] = {}
         self._checkers: dict[tuple[float, str], CollisionChecker] = {}
-        self._carrying: dict[tuple[int, frozenset[str]], CollisionChecker] = {}
+        self._carried: Grasp | None = None  # the grasp that the checkers below are of
+        self._carrying: dict[frozenset[str], CollisionChecker] = {}
         self.group = self._group(robot.gripper(side).open)
         self.start = self.group.vector(positions)
         self.start_gap = sum(positions.get(name, 0.0) for name in finger_joints(side))
         self.hint: FloatArray | None = None  # last configuration that reached a grasp
         self.solver = IkSolver(self.group, config.seed)
         self.margins = Margins(scene=config.scene_margin, fingers=config.finger_margin)
-        self.free_margins = replace(self.margins, fingers=max(config.finger_margin, _FREE_FINGERS))
+        self.free_margins = replace(self.margins, fingers=max(config.finger_margin, self._options.free_finger_margin_m))
         speed = np.array(self.group.velocity) * config.speed
         acceleration = np.array([config.torso_acceleration] + [config.arm_acceleration] * 7)
         self.limits = MotionLimits(speed, acceleration, config.jerk_ratio)
 
     def _group(self, gap: float) -> ArmGroup:
         """Return the group with fingers locked at a gap, rounded up."""
-        key = float(np.ceil(gap / _GAP_STEP - 1e-6) * _GAP_STEP)
+        key = float(np.ceil(gap / self._options.gap_step_m - 1e-6) * self._options.gap_step_m)
         if key not in self._groups:
             fingers = {name: min(0.045, max(0.0, key / 2.0)) for name in finger_joints(self.side)}
             self._groups[key] = self._robot.group(self.side, {**self._positions, **fingers})
@@ -64,7 +71,7 @@ class ArmPlanner:
 
     def _checker(self, gap: float, kind: str, obstacles: tuple[Obstacle, ...], contacts: Contacts) -> CollisionChecker:
         group = self._group(gap)
-        key = (round(gap / _GAP_STEP + 0.499), kind)
+        key = (round(gap / self._options.gap_step_m + 0.499), kind)
         if key not in self._checkers:
             margins = self.free_margins if kind == "free" else self.margins
             self._checkers[key] = self._at_home(CollisionChecker(group, obstacles, margins, contacts))
@@ -92,15 +99,15 @@ class ArmPlanner:
 
     def carrying(self, grasp: Grasp, touches: frozenset[str]) -> CollisionChecker:
         """Check motions with the thing in the hand, which may touch some solids."""
-        key = (id(grasp), touches)
-        if key not in self._carrying:
-            if any(grasp_id != id(grasp) for grasp_id, _ in self._carrying):
-                self._carrying.clear()  # the next grasp is another one
+        if self._carried is not grasp:  # held, so that no other grasp can be taken for it
+            self._carried = grasp
+            self._carrying.clear()
+        if touches not in self._carrying:
             obstacles, contacts = self.scene.obstacles(with_moved=False), Contacts(held=touches)
-            self._carrying[key] = CollisionChecker(
+            self._carrying[touches] = CollisionChecker(
                 self._group(grasp.width), obstacles, self.margins, contacts, self.attachment(grasp)
             )
-        return self._carrying[key]
+        return self._carrying[touches]
 
     def attachment(self, grasp: Grasp) -> Attachment:
         """Return the thing's solids as they hang in the hand."""

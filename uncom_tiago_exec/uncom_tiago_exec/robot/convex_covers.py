@@ -23,12 +23,10 @@ import numpy as np
 from scipy.optimize import nnls
 from scipy.spatial import ConvexHull, QhullError
 
+from uncom_tiago_exec.robot.options import CONVEX_COVERS, ConvexCoverOptions
 from uncom_tiago_exec.types import FloatArray
 
 FILE = Path(__file__).parents[1] / "config" / "covers.json"
-CORNERS = 32
-SLACK = 1e-5  # [m] for the rounding of what the file holds
-_ROUND = 12  # sides of the prism around a cylinder
 _MESHES: dict[tuple[str, bool], tuple[Cover, ...]] = {}  # made once
 
 
@@ -41,13 +39,13 @@ class Cover:
     corners: FloatArray
 
 
-def covers_of(mesh: FloatArray, *, fine: bool) -> tuple[Cover, ...]:
+def covers_of(mesh: FloatArray, *, fine: bool, options: ConvexCoverOptions = CONVEX_COVERS) -> tuple[Cover, ...]:
     """Return bodies that together hold the convex hull of a mesh's vertices (N, 3); several only if they are fine."""
     key = (name_of(mesh), fine)
     if key not in _MESHES:
         listed = _listed().get(key[0]) if fine else None
         if listed is None:
-            listed = (fewer(hull_of(mesh)),)
+            listed = (fewer(hull_of(mesh), options=options),)
         _MESHES[key] = tuple(_cover(*body) for body in listed)
     return _MESHES[key]
 
@@ -68,7 +66,7 @@ def _listed() -> dict[str, tuple[tuple[FloatArray, float], ...]]:
     }
 
 
-def corners_of(shape: Any) -> FloatArray | None:
+def corners_of(shape: Any, *, options: ConvexCoverOptions = CONVEX_COVERS) -> FloatArray | None:
     """Return points (N, 3) whose hull holds a box, cylinder or mesh, in its own frame; None for other kinds."""
     if isinstance(shape, coal.BVHModelBase):
         return np.array(shape.vertices())
@@ -76,9 +74,11 @@ def corners_of(shape: Any) -> FloatArray | None:
         signs = np.array([[a, b, c] for a in (-1.0, 1.0) for b in (-1.0, 1.0) for c in (-1.0, 1.0)])
         return np.asarray(signs * np.array(shape.halfSide))
     if isinstance(shape, coal.Cylinder):
-        angles = np.arange(_ROUND) * 2.0 * np.pi / _ROUND
-        ring = np.column_stack([np.cos(angles), np.sin(angles)]) * (shape.radius / np.cos(np.pi / _ROUND))
-        return np.vstack([np.column_stack([ring, np.full(_ROUND, z)]) for z in (-shape.halfLength, shape.halfLength)])
+        angles = np.arange(options.prism_sides) * 2.0 * np.pi / options.prism_sides
+        ring = np.column_stack([np.cos(angles), np.sin(angles)]) * (shape.radius / np.cos(np.pi / options.prism_sides))
+        return np.vstack(
+            [np.column_stack([ring, np.full(options.prism_sides, z)]) for z in (-shape.halfLength, shape.halfLength)]
+        )
     return None
 
 
@@ -87,16 +87,16 @@ def hull_of(points: FloatArray) -> FloatArray:
     return np.asarray(points[ConvexHull(points).vertices])
 
 
-def fewer(corners: FloatArray) -> tuple[FloatArray, float]:
+def fewer(corners: FloatArray, *, options: ConvexCoverOptions = CONVEX_COVERS) -> tuple[FloatArray, float]:
     """Return at most CORNERS of a hull's corners (N, 3), and how far the others are from their hull at most [m].
 
     Each time that one is taken which lies farthest beyond a face of those taken.
     """
-    if len(corners) <= CORNERS:
+    if len(corners) <= options.max_corners:
         return corners, 0.0
     chosen = _simplex(corners)
     hull = ConvexHull(corners[chosen], incremental=True)
-    while len(chosen) < CORNERS:
+    while len(chosen) < options.max_corners:
         outside = (corners @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
         chosen.append(int(outside.argmax()))
         try:
@@ -105,7 +105,7 @@ def fewer(corners: FloatArray) -> tuple[FloatArray, float]:
             hull = ConvexHull(corners[chosen], incremental=True, qhull_options="QJ")
     hull.close()
     rest = np.delete(corners, chosen, axis=0)
-    return corners[chosen], max(_distance(corners[chosen], point) for point in rest) + SLACK
+    return corners[chosen], max(_distance(corners[chosen], point) for point in rest) + options.slack_m
 
 
 def _simplex(corners: FloatArray) -> list[int]:

@@ -12,7 +12,8 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from uncom_tiago_exec.robot.convex_covers import SLACK, corners_of, covers_of
+from uncom_tiago_exec.robot.convex_covers import corners_of, covers_of
+from uncom_tiago_exec.robot.options import CONVEX_COVERS, ConvexCoverOptions
 from uncom_tiago_exec.types import FloatArray
 
 _HAND = re.compile(r"arm_(left|right)_tool|wrist_(left|right)|gripper_(left|right)_link")
@@ -42,9 +43,10 @@ class _Asked:
 
     def __init__(
         self, pairs: Pairs, margins: FloatArray, of_shape: Sequence[Sequence[int]], bodies: Sequence[_Body],
-        first_shapes: int, first_bodies: int,
+        first_shapes: int, first_bodies: int,*, options: ConvexCoverOptions = CONVEX_COVERS
     ) -> None:  # fmt: skip
         """Count pairs of shapes and pairs of bodies from the given numbers on."""
+        self._options = options
         place: dict[tuple[int, int], int] = {}
         found: list[tuple[int, int, float]] = []
         for k, (i, j) in enumerate(pairs):
@@ -54,7 +56,13 @@ class _Asked:
                 for b in of_shape[j]:
                     key = (a, b) if a < b else (b, a)
                     at = place.setdefault(key, len(place))
-                    found.append((first_bodies + at, first_shapes + k, bodies[a].radius + bodies[b].radius + SLACK))
+                    found.append(
+                        (
+                            first_bodies + at,
+                            first_shapes + k,
+                            bodies[a].radius + bodies[b].radius + self._options.slack_m,
+                        )
+                    )
         columns = np.array(found).reshape(-1, 3)
         self.pairs = list(place)
         self.places, self.shapes = columns[:, 0].astype(np.intp), columns[:, 1].astype(np.intp)
@@ -76,8 +84,11 @@ class _Base:
 class CoverModel:
     """Covers of all shapes of one group, and how far they move when its joints do."""
 
-    def __init__(self, model: Any, geometry: Any, links: Sequence[str]) -> None:
+    def __init__(
+        self, model: Any, geometry: Any, links: Sequence[str], *, options: ConvexCoverOptions = CONVEX_COVERS
+    ) -> None:
         """Place the covers where the shapes are; shapes that are no mesh, box or cylinder stay as they are."""
+        self._options = options
         self.model = model
         self.bodies: list[_Body] = []
         objects = list(geometry.geometryObjects)
@@ -117,7 +128,7 @@ class CoverModel:
             asked = _Asked(pairs, margins, self.of_shape, self.bodies, 0, 0)
             for a, b in asked.pairs:
                 geometry.addCollisionPair(pin.CollisionPair(a, b))
-            self._bases[key] = _Base(geometry, asked, _farthest(self.model, self.far, ()))
+            self._bases[key] = _Base(geometry, asked, _farthest(self.model, self.far, (), options=self._options))
         return self._bases[key]
 
     def _add_covers(self, thing: Any, members: tuple[int, ...], corners: FloatArray, *, fine: bool) -> None:
@@ -126,7 +137,7 @@ class CoverModel:
                 f"{thing.name}:{n}", thing.parentJoint, thing.parentFrame, thing.placement, cover.body
             )
             # the hash of a hand's corners forgives what placements are rounded by
-            radius = cover.radius + (2.0 * SLACK if len(members) > 1 else 0.0)
+            radius = cover.radius + (2.0 * self._options.slack_m if len(members) > 1 else 0.0)
             self.bodies.append(
                 _Body(body, members, radius, _far(thing.placement, cover.corners, radius), thing.parentJoint)
             )
@@ -157,7 +168,13 @@ def _placed(placement: Any, shape: Any) -> FloatArray:
     return np.asarray(corners @ placement.rotation.T + placement.translation)
 
 
-def _farthest(model: Any, far: Sequence[tuple[float, float]], held: Sequence[_Body]) -> FloatArray:
+def _farthest(
+    model: Any,
+    far: Sequence[tuple[float, float]],
+    held: Sequence[_Body],
+    *,
+    options: ConvexCoverOptions = CONVEX_COVERS,
+) -> FloatArray:
     """Return (8, 9) how far solids on joint k (column) move at most when joint j + 1 (row) does [m/rad, or m/m]."""
     count = model.nq
     reach = np.zeros((count, count + 1))
@@ -169,7 +186,7 @@ def _farthest(model: Any, far: Sequence[tuple[float, float]], held: Sequence[_Bo
         ends = [far[k], *(body.far for body in held if body.joint == k)]
         ball, round_axis = max(end[0] for end in ends), max(end[1] for end in ends)
         for j in range(k - 1, -1, -1):
-            reach[j, k] = (round_axis if turns[j] else 1.0) + SLACK
+            reach[j, k] = (round_axis if turns[j] else 1.0) + options.slack_m
             round_axis = beside[j] + ball
             ball += apart[j]
     return reach

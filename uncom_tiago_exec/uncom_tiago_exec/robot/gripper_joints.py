@@ -12,11 +12,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from uncom_tiago_exec.robot.joint_names import finger_joints
+from uncom_tiago_exec.robot.options import GRIPPER, GripperOptions
 from uncom_tiago_exec.types import Side, Trajectory
-
-REACH = 0.044  # [m] of one finger
-SPEED = 0.04  # [m/s] of one finger
-_LEAST_S = 0.3
 
 
 def finger_gap(side: Side, positions: Mapping[str, float]) -> float:
@@ -24,7 +21,9 @@ def finger_gap(side: Side, positions: Mapping[str, float]) -> float:
     return sum(positions[name] for name in finger_joints(side))
 
 
-def finger_motion(side: Side, gap: float, positions: Mapping[str, float]) -> Trajectory:
+def finger_motion(
+    side: Side, gap: float, positions: Mapping[str, float], *, options: GripperOptions = GRIPPER
+) -> Trajectory:
     """Return the motion that brings the fingers from where they are to a gap [m]; it is one point, their goal.
 
     Opening, or closing wholly, they end in the middle; else each closes by half of what is left, as far as it can.
@@ -33,6 +32,6 @@ def finger_motion(side: Side, gap: float, positions: Mapping[str, float]) -> Tra
     start = np.array([positions[name] for name in joints])
     middle = np.full(2, gap / 2.0)
     pressing = 0.0 < gap < start.sum()
-    end = np.clip(middle + start - start.mean() if pressing else middle, 0.0, REACH)
-    duration = max(_LEAST_S, float(np.abs(end - start).max()) / SPEED)
+    end = np.clip(middle + start - start.mean() if pressing else middle, 0.0, options.reach_m)
+    duration = max(options.least_duration_s, float(np.abs(end - start).max()) / options.speed_m_s)
     return Trajectory(joints, np.array([duration]), end[None], np.zeros((1, 2)))

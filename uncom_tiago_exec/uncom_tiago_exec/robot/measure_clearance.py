@@ -20,14 +20,13 @@ import pinocchio as pin
 import pinocchio.utils
 
 from uncom_tiago_exec.robot.arm_group import ArmGroup
-from uncom_tiago_exec.robot.clearance import CELLS, FILE, UNIT, joints_between
+from uncom_tiago_exec.robot.clearance import FILE, joints_between
+from uncom_tiago_exec.robot.options import CLEARANCE_MAP, ClearanceMapOptions
 from uncom_tiago_exec.robot.robot_model import RobotModel
 from uncom_tiago_exec.types import SIDES
 
-_SLACK = 0.0003  # [m] between the angles that levers are looked at
 
-
-def measure(group: ArmGroup) -> list[dict[str, object]]:
+def measure(group: ArmGroup, *, options: ClearanceMapOptions = CLEARANCE_MAP) -> list[dict[str, object]]:
     """Measure the maps of all pairs of a group's shapes that two joints lie between."""
     geometry, model = group.geometry.copy(), group.model
     objects = list(geometry.geometryObjects)
@@ -40,15 +39,17 @@ def measure(group: ArmGroup) -> list[dict[str, object]]:
     data, gdata = model.createData(), geometry.createData()
     for i, j in pairs:
         places, low, per_cell = joints_between(model, geometry, i, j)
-        moves = _farthest_moves(group, i if objects[i].parentJoint > objects[j].parentJoint else j, per_cell)
+        moves = _farthest_moves(
+            group, i if objects[i].parentJoint > objects[j].parentJoint else j, per_cell, options=options
+        )
         values = []
         q = np.array(pin.neutral(model))
-        for row in range(CELLS):
-            for column in range(CELLS):
+        for row in range(options.cells):
+            for column in range(options.cells):
                 q[list(places)] = [low[0] + (row + 0.5) / per_cell[0], low[1] + (column + 0.5) / per_cell[1]]
                 pin.updateGeometryPlacements(model, data, geometry, gdata, q)
                 left = _distance(objects, gdata, i, j) - moves
-                values.append(int(np.clip(left / UNIT, 0.0, 255.0)))
+                values.append(int(np.clip(left / options.unit_m, 0.0, 255.0)))
         packed = base64.b64encode(zlib.compress(bytes(values), 9)).decode("ascii")
         entries.append({"shapes": [objects[i].name, objects[j].name], "millimetres": packed})
     return entries
@@ -60,7 +61,9 @@ def _distance(objects: list[Any], gdata: Any, i: int, j: int) -> float:
     return float(coal.distance(objects[i].geometry, placements[0], objects[j].geometry, placements[1], request, result))
 
 
-def _farthest_moves(group: ArmGroup, shape: int, per_cell: tuple[float, float]) -> float:
+def _farthest_moves(
+    group: ArmGroup, shape: int, per_cell: tuple[float, float], *, options: ClearanceMapOptions = CLEARANCE_MAP
+) -> float:
     """Return how far a corner of the outer shape can move within half a cell [m]: its lever times the angle."""
     model, thing = group.model, group.geometry.geometryObjects[shape]
     corners = np.array(thing.geometry.vertices()) @ thing.placement.rotation.T + thing.placement.translation
@@ -70,18 +73,20 @@ def _farthest_moves(group: ArmGroup, shape: int, per_cell: tuple[float, float]) 
     for angle in np.linspace(-np.pi, np.pi, 256):
         turned = corners @ pin.utils.rotate("z", float(angle)).T @ outer.rotation.T + outer.translation
         first = max(first, float(np.hypot(turned[:, 0], turned[:, 1]).max()))
-    return 0.5 * (first / per_cell[0] + second / per_cell[1]) + _SLACK
+    return 0.5 * (first / per_cell[0] + second / per_cell[1]) + options.slack_m
 
 
-def main(argv: list[str]) -> int:
+def main(argv: list[str], *, options: ClearanceMapOptions = CLEARANCE_MAP) -> int:
     """Write the file for a robot description given as a file."""
     if len(argv) != 2:
         sys.stderr.write("use: python -m uncom_tiago_exec.robot.measure_clearance URDF_FILE\n")
         return 2
     FILE.unlink(missing_ok=True)
     robot = RobotModel(Path(argv[1]).read_text(encoding="utf-8"))
-    entries = [entry for side in SIDES for entry in measure(robot.group(side, {}))]
-    command = f"python -m uncom_tiago_exec.robot.measure_clearance URDF_FILE  # {CELLS} by {CELLS} cells"
+    entries = [entry for side in SIDES for entry in measure(robot.group(side, {}), options=options)]
+    command = (
+        f"python -m uncom_tiago_exec.robot.measure_clearance URDF_FILE  # {options.cells} by {options.cells} cells"
+    )
     FILE.write_text(json.dumps({"command": command, "pairs": entries}, indent=1) + "\n", encoding="utf-8")
     return 0
 

@@ -15,23 +15,24 @@ from pathlib import Path
 import coal
 import numpy as np
 
-from uncom_tiago_exec.robot.convex_covers import FILE, SLACK, fewer, hull_of, name_of
+from uncom_tiago_exec.robot.convex_covers import FILE, fewer, hull_of, name_of
+from uncom_tiago_exec.robot.options import CONVEX_COVERS, ConvexCoverOptions
 from uncom_tiago_exec.robot.robot_model import RobotModel
 from uncom_tiago_exec.types import FloatArray
 
 # [m] radius that is small enough: of what is always near the shoulder, of the rest of an arm, and of all else
 _FINE = {True: 0.0008, False: 0.0018}
-_COARSE = 0.004
 _NEAR = re.compile(r"arm_\w+_[12]_")
-_SHARES = (0.3, 0.4, 0.5, 0.6, 0.7)  # of the extent, where it is tried to cut
-_CUTS = 3  # into at most eight bodies
 
 Body = tuple[FloatArray, float]
 
 
-def bodies_of(corners: FloatArray, fine: float, cuts: int = _CUTS) -> list[Body]:
+def bodies_of(
+    corners: FloatArray, fine: float, cuts: int | None = None, *, options: ConvexCoverOptions = CONVEX_COVERS
+) -> list[Body]:
     """Return corners and radius of the bodies that hold a hull: as few as are fine [m], cut where it does most."""
     whole = fewer(corners)
+    cuts = options.cuts if cuts is None else cuts
     if cuts == 0 or whole[1] <= fine:
         return [whole]
     axes = [*np.linalg.svd(corners - corners.mean(axis=0))[2], *np.eye(3)]
@@ -39,19 +40,19 @@ def bodies_of(corners: FloatArray, fine: float, cuts: int = _CUTS) -> list[Body]
     halves: tuple[FloatArray, FloatArray] | None = None
     for axis in axes:
         along = corners @ axis
-        for share in _SHARES:
+        for share in options.cut_shares:
             parts = cut(corners, axis, float(along.min() + share * np.ptp(along)) + 1e-6)
             tried = [fewer(part) for part in parts]
             if max(radius for _, radius in tried) < max(radius for _, radius in best):
                 best, halves = tried, parts
     if halves is None or max(radius for _, radius in best) <= fine:
         return best
-    return [body for half in halves for body in bodies_of(half, fine, cuts - 1)]
+    return [body for half in halves for body in bodies_of(half, fine, cuts - 1, options=options)]
 
 
-def fine_enough(name: str) -> float:
+def fine_enough(name: str, *, options: ConvexCoverOptions = CONVEX_COVERS) -> float:
     """Return the radius [m] that the bodies of a shape need not be finer than."""
-    return _FINE[_NEAR.match(name) is not None] if name.startswith("arm_") else _COARSE
+    return _FINE[_NEAR.match(name) is not None] if name.startswith("arm_") else options.coarse_m
 
 
 def cut(corners: FloatArray, axis: FloatArray, at: float) -> tuple[FloatArray, FloatArray]:
@@ -66,7 +67,7 @@ def cut(corners: FloatArray, axis: FloatArray, at: float) -> tuple[FloatArray, F
     return hull_of(upper), hull_of(lower)
 
 
-def main(argv: list[str]) -> int:
+def main(argv: list[str], *, options: ConvexCoverOptions = CONVEX_COVERS) -> int:
     """Write the file for a robot description given as a file."""
     if len(argv) != 2:
         sys.stderr.write("use: python -m uncom_tiago_exec.robot.measure_covers URDF_FILE\n")
@@ -77,8 +78,10 @@ def main(argv: list[str]) -> int:
         if isinstance(geometry.geometry, coal.BVHModelBase):
             vertices = np.array(geometry.geometry.vertices())
             meshes[name_of(vertices)] = [
-                {"radius": round(radius + SLACK, 6), "corners": np.round(corners, 6).tolist()}
-                for corners, radius in bodies_of(hull_of(vertices), fine_enough(geometry.name))
+                {"radius": round(radius + options.slack_m, 6), "corners": np.round(corners, 6).tolist()}
+                for corners, radius in bodies_of(
+                    hull_of(vertices), fine_enough(geometry.name, options=options), options=options
+                )
             ]
     command = "python -m uncom_tiago_exec.robot.measure_covers URDF_FILE"
     FILE.write_text(json.dumps({"command": command, "meshes": meshes}, separators=(",", ":")) + "\n", encoding="utf-8")

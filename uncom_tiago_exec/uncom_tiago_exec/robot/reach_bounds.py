@@ -9,16 +9,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from uncom_tiago_exec.robot.options import REACH_BOUNDS, ReachBoundOptions
 from uncom_tiago_exec.types import Obstacle
-
-_SLACK = 0.002  # [m]
 
 
 class ReachBounds:
     """For each shape of a group: the vertical line its middle is always within a distance of, as the torso rises."""
 
-    def __init__(self, model: Any, geometry: Any, lower: float, upper: float) -> None:
+    def __init__(
+        self, model: Any, geometry: Any, lower: float, upper: float, *, options: ReachBoundOptions = REACH_BOUNDS
+    ) -> None:
         """Read the group's model; lower and upper are the torso's limits [m]."""
+        self._options = options
         lines, self.radius = [], np.zeros(len(geometry.geometryObjects))
         for i, thing in enumerate(geometry.geometryObjects):
             shape = thing.geometry
@@ -35,7 +37,7 @@ class ReachBounds:
                 middle = middle + np.array(model.jointPlacements[1].translation)
             rise = np.array([[lower], [upper]]) if joint > 0 else np.zeros((2, 1))
             lines.append(middle + rise * [0.0, 0.0, 1.0])
-            self.radius[i] = far + _SLACK
+            self.radius[i] = far + self._options.slack_m
         self._low, self._high = np.array(lines)[:, 0], np.array(lines)[:, 1]
 
     def near(self, obstacles: Sequence[Obstacle], margin: float) -> npt.NDArray[np.bool_]:

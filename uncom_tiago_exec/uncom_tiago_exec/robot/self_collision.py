@@ -16,12 +16,15 @@ import numpy as np
 import pinocchio as pin
 
 from uncom_tiago_exec.robot.link_pairs import FILE, Pair, adjacent_pairs, link_of_geometry
+from uncom_tiago_exec.robot.options import SELF_COLLISION_SAMPLES
 from uncom_tiago_exec.robot.robot_model import RobotModel
 
-SAMPLES = 20_000
 
-
-def sample_pairs(robot: RobotModel, samples: int = SAMPLES, seed: int = 0) -> dict[str, list[list[str]]]:
+def sample_pairs(
+    robot: RobotModel,
+    samples: int = SELF_COLLISION_SAMPLES.samples,
+    seed: int = 0,
+) -> dict[str, list[list[str]]]:
     """Check every pair of links at random configurations of arms, torso, head and fingers."""
     model, geometry = robot.model, robot.geometry.copy()
     skip = adjacent_pairs(model, geometry)
@@ -58,7 +61,9 @@ def main(argv: list[str]) -> int:
         sys.stderr.write("use: python -m uncom_tiago_exec.robot.self_collision URDF_FILE\n")
         return 2
     pairs = sample_pairs(RobotModel(Path(argv[1]).read_text(encoding="utf-8")))
-    command = f"python -m uncom_tiago_exec.robot.self_collision URDF_FILE  # {SAMPLES} samples, seed 0"
+    command = (
+        f"python -m uncom_tiago_exec.robot.self_collision URDF_FILE  # {SELF_COLLISION_SAMPLES.samples} samples, seed 0"
+    )
     FILE.parent.mkdir(exist_ok=True)
     FILE.write_text(json.dumps({"command": command, **pairs}, indent=1) + "\n", encoding="utf-8")
     return 0

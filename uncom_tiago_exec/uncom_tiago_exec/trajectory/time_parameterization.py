@@ -18,10 +18,9 @@ import numpy as np
 
 from uncom_tiago_exec.exceptions import PlanningError
 from uncom_tiago_exec.trajectory.corner_blending import PathGrid, blend
+from uncom_tiago_exec.trajectory.options import TIMING, TimingOptions
 from uncom_tiago_exec.trajectory.rest_to_rest import is_straight, time_straight
 from uncom_tiago_exec.types import FloatArray, Trajectory
-
-_FINE = 0.002  # [s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +47,8 @@ def time_path(
     limits: MotionLimits,
     rate_hz: float = 50.0,
     radius: float = 0.25,
+    *,
+    options: TimingOptions = TIMING,
 ) -> Trajectory:
     """Return the motion along waypoints (N, J) from rest to rest, sampled at `rate_hz`.
 
@@ -63,9 +64,9 @@ def time_path(
     if len(grid.s) < 2:
         return _rest(joint_names, grid.q[0])
     squared = _speed_profile(grid, limits)
-    times, positions = _integrate(grid, squared)
+    times, positions = _integrate(grid, squared, options=options)
     window = 2.02 / limits.jerk_ratio
-    return _smooth(joint_names, times, positions, window, rate_hz)
+    return _smooth(joint_names, times, positions, window, rate_hz, options=options)
 
 
 def _rest(joint_names: tuple[str, ...], q: FloatArray) -> Trajectory:
@@ -112,7 +113,9 @@ def _smallest(room: FloatArray, slope: FloatArray, axes: tuple[int, ...]) -> Flo
     return np.asarray(np.where(rising, room / np.where(rising, slope, 1.0), np.inf).min(axis=axes))
 
 
-def _integrate(grid: PathGrid, squared: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _integrate(
+    grid: PathGrid, squared: FloatArray, *, options: TimingOptions = TIMING
+) -> tuple[FloatArray, FloatArray]:
     """Return fine times (M,) and positions (M, J) of the motion with constant path acceleration per interval."""
     speed = np.sqrt(squared)
     ds = np.diff(grid.s)
@@ -121,7 +124,7 @@ def _integrate(grid: PathGrid, squared: FloatArray) -> tuple[FloatArray, FloatAr
         raise PlanningError("a path cannot be timed: it stops on its way; plan again")
     spans = 2.0 * ds / total
     knots = np.concatenate([[0.0], np.cumsum(spans)])
-    times = np.arange(0.0, knots[-1], _FINE)
+    times = np.arange(0.0, knots[-1], options.step_s)
     interval = np.clip(np.searchsorted(knots, times, side="right") - 1, 0, len(ds) - 1)
     local = times - knots[interval]
     gain = (squared[1:] - squared[:-1]) / (2.0 * ds)
@@ -131,18 +134,26 @@ def _integrate(grid: PathGrid, squared: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 def _smooth(
-    joint_names: tuple[str, ...], times: FloatArray, positions: FloatArray, window: float, rate_hz: float
+    joint_names: tuple[str, ...],
+    times: FloatArray,
+    positions: FloatArray,
+    window: float,
+    rate_hz: float,
+    *,
+    options: TimingOptions = TIMING,
 ) -> Trajectory:
     """Average over a sliding window and sample."""
-    width = max(2, round(window / _FINE))
-    even = np.arange(0.0, times[-1] + _FINE, _FINE)
+    width = max(2, round(window / options.step_s))
+    even = np.arange(0.0, times[-1] + options.step_s, options.step_s)
     fine = np.column_stack([np.interp(even, times, column) for column in positions.T])
     padded = np.vstack([np.repeat(fine[:1], width, axis=0), fine, np.repeat(fine[-1:], width + 1, axis=0)])
-    total = np.vstack([np.zeros((1, fine.shape[1])), np.cumsum(padded[1:] + padded[:-1], axis=0) * (0.5 * _FINE)])
-    span = width * _FINE
+    total = np.vstack(
+        [np.zeros((1, fine.shape[1])), np.cumsum(padded[1:] + padded[:-1], axis=0) * (0.5 * options.step_s)]
+    )
+    span = width * options.step_s
     averaged = (total[width:] - total[:-width]) / span
     velocity = (padded[width:] - padded[:-width]) / span
-    clock = np.arange(len(averaged)) * _FINE
+    clock = np.arange(len(averaged)) * options.step_s
     end = clock[-1]
     samples = np.append(np.arange(0.0, end - 0.25 / rate_hz, 1.0 / rate_hz), end)
     q = np.column_stack([np.interp(samples, clock, column) for column in averaged.T])
