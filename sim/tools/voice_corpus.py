@@ -40,8 +40,10 @@ ACCENTS = (
     *["en-us"] * 10, *["en"] * 5, *["en-gb-x-rp"] * 3,
     "en-gb-scotland", "en-gb-x-gbclan", "en-gb-x-gbcwmd", "en-us-nyc", "en-029",
 )  # fmt: skip
-LEAD_S, TAIL_S = 0.3, 0.5
-SHORTEST, LONGEST = 4, 15  # words of a sentence
+LEAD_S, TAIL_S = 0.3, 0.5  # silence before and after the words
+MIN_WORDS, MAX_WORDS = 4, 15  # of a sentence
+CLEAN_SHARE = 0.5  # of the sentences get white noise alone, the others a room
+PROGRESS_EVERY = 100  # sentences
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,7 @@ def recording(text: str, voice: str, rng: random.Random) -> Samples:
     """Return the sentence as a microphone hears it: some speed, pitch, level, noise and echo."""
     spoken = speak(text, voice, rng.randrange(100, 221), rng.randrange(100))
     noise = np.random.default_rng(rng.randrange(10**6))
-    if rng.random() < 0.5:
+    if rng.random() < CLEAN_SHARE:
         pauses = [np.zeros(round(length * SAMPLE_RATE)) for length in (LEAD_S, TAIL_S)]
         wave = np.concatenate([pauses[0], spoken.samples, pauses[1]])
         ratio = 10.0 ** (rng.choice([15, 18, 20, 22, 25, 30, 60]) / 10.0)
@@ -124,7 +126,7 @@ def aligned_speech(count: int, seed: int, model: Path) -> Iterator[Aligned]:
     """Speak and align `count` sentences; what cannot be aligned is left out."""
     rng = random.Random(seed)
     drawn = draw_sentences(LanguageModelOptions(seed=500 + seed, sentences=4 * count + 100))
-    texts = [words for words in drawn if SHORTEST <= len(words) <= LONGEST][:count]
+    texts = [words for words in drawn if MIN_WORDS <= len(words) <= MAX_WORDS][:count]
     with tempfile.TemporaryDirectory() as folder:
         aligner = Aligner(model, {word for words in texts for word in words}, Path(folder))
         for number, words in enumerate(texts):
@@ -133,5 +135,5 @@ def aligned_speech(count: int, seed: int, model: Path) -> Iterator[Aligned]:
             found = aligner.align(" ".join(words), recording(" ".join(words), voice, rng))
             if found is not None:
                 yield found
-            if number % 100 == 99:
+            if (number + 1) % PROGRESS_EVERY == 0:
                 sys.stderr.write(f"{number + 1} of {len(texts)} sentences\n")

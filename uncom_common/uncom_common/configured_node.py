@@ -17,7 +17,8 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
 from uncom_common.exceptions import UncomError
-from uncom_common.parent import end_with_starter
+from uncom_common.options import NODE
+from uncom_common.parent_process import end_with_named_parent
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -64,7 +65,7 @@ def run_node(make_node: Callable[[], Node], args: list[str] | None = None, *, ni
         niceness: above 0 for a node that takes all the processor time it gets, so that it leaves others their own.
     """
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
-    end_with_starter()
+    end_with_named_parent()
     os.nice(niceness)
     rclpy.init(args=args)
     node: Node | None = None
@@ -83,7 +84,7 @@ def run_node(make_node: Callable[[], Node], args: list[str] | None = None, *, ni
         if rclpy.ok():
             raise
     finally:
-        executor.shutdown(timeout_sec=2.0)
+        executor.shutdown(timeout_sec=NODE.shutdown_timeout_s)
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()

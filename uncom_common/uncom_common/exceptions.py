@@ -14,7 +14,7 @@ class InvalidConfigError(UncomError, ValueError):
     """A configuration value is not usable."""
 
     def __init__(self, name: str, value: object, why: str) -> None:
-        """Keep the offending name and value."""
+        """Say that the parameter `name` must not have this value, and why."""
         self.name = name
         self.value = value
         super().__init__(f"parameter {name}={value!r}: {why}")
@@ -24,7 +24,7 @@ class TransformError(UncomError, LookupError):
     """A transform is not known (yet) or frames are not connected."""
 
     def __init__(self, target_frame: str, source_frame: str, why: str, known: Iterable[str] = ()) -> None:
-        """Keep both frames; list the known ones."""
+        """Say between which frames there is no transform, why, and which frames are known."""
         self.target_frame = target_frame
         self.source_frame = source_frame
         frames = ", ".join(sorted(known))
@@ -41,7 +41,7 @@ class UnknownPrimitiveError(UncomError, ValueError):
     """A message holds a number that stands for no primitive."""
 
     def __init__(self, number: int, known: Iterable[str]) -> None:
-        """Keep the number; list the known ones, each as "number name"."""
+        """Say which number is not in the enumeration, and list its members as "number name"."""
         self.number = number
         super().__init__(f"primitive {number} is not one of {', '.join(known)}")
 
@@ -50,7 +50,7 @@ class NotInstalledError(UncomError, ImportError):
     """An optional library is missing."""
 
     def __init__(self, library: str, hint: str = "run ./uncom setup --full") -> None:
-        """Keep the name of the library."""
+        """Say which library is missing, and in `hint` how to install it."""
         self.library = library
         super().__init__(f"{library} is not installed: {hint}")
 
@@ -59,6 +59,6 @@ class ModelNotFoundError(UncomError, OSError):
     """Weights of a full model are nowhere to be had."""
 
     def __init__(self, name: str, where: str, why: str) -> None:
-        """Keep the model's name."""
+        """Say where no usable weights of the model `name` are, and why those found are not usable."""
         self.model = name
         super().__init__(f"no usable weights of {name!r} in {where} ({why})")

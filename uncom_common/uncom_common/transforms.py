@@ -18,6 +18,7 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation, Slerp
 
 from uncom_common.exceptions import TransformError
+from uncom_common.options import TRANSFORM_BUFFER, TransformBufferOptions
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -70,9 +71,17 @@ class StampedTransform:
 class TransformBuffer:
     """Keeps the latest transforms of every frame and answers between any two of them. Thread safe."""
 
-    def __init__(self, keep_s: float = 30.0) -> None:
-        """Keep transforms that move for keep_s seconds."""
+    def __init__(
+        self, keep_s: float = TRANSFORM_BUFFER.keep_s, options: TransformBufferOptions = TRANSFORM_BUFFER
+    ) -> None:
+        """Begin empty.
+
+        Args:
+            keep_s: how long transforms of moving frames are kept [s].
+            options: how far in time transforms hold.
+        """
         self._keep_s = keep_s
+        self._options = options
         self._moving: dict[str, deque[StampedTransform]] = {}
         self._fixed: dict[str, StampedTransform] = {}
         self._lock = threading.Lock()
@@ -84,7 +93,7 @@ class TransformBuffer:
                 self._fixed[transform.child] = transform
                 return
             history = self._moving.setdefault(transform.child, deque())
-            if history and transform.stamp_s < history[-1].stamp_s - 1.0:
+            if history and transform.stamp_s < history[-1].stamp_s - self._options.restart_jump_s:
                 history.clear()  # time jumped back: a bag was started again
             if history and transform.stamp_s <= history[-1].stamp_s:
                 return
@@ -102,7 +111,7 @@ class TransformBuffer:
         """Return transform_source_to_target (4, 4) at a time [s], or the latest for None.
 
         Raises:
-            TransformError: frames unknown, not connected, or the time is further than 0.5 s from what is known.
+            TransformError: frames unknown or not connected, or a time too far (max_extrapolation_s) from the known.
         """
         with self._lock:
             source, source_root = self._to_root(source_frame, stamp_s, target_frame)
@@ -113,28 +122,34 @@ class TransformBuffer:
 
     def _to_root(self, frame: str, stamp_s: float | None, other: str) -> tuple[FloatArray, str]:
         matrix = np.eye(4)
-        for _ in range(200):
+        for _ in range(self._options.max_chain):
             link = self._fixed.get(frame)
             if link is not None:
                 matrix = link.matrix @ matrix
             elif frame in self._moving:
                 link = self._moving[frame][-1]
-                matrix = _at(self._moving[frame], stamp_s, other) @ matrix
+                matrix = _interpolate(self._moving[frame], stamp_s, other, self._options) @ matrix
             else:
                 return matrix, frame
             frame = link.parent
         raise TransformError(other, frame, "the frames form a loop")
 
 
-def _at(history: deque[StampedTransform], stamp_s: float | None, other: str) -> FloatArray:
-    """Interpolate a frame's pose, holding the first and last pose for at most 0.5 s."""
+def _interpolate(
+    history: deque[StampedTransform], stamp_s: float | None, other: str, options: TransformBufferOptions
+) -> FloatArray:
+    """Return a frame's pose (4, 4) in its parent at a time [s]; the latest for None.
+
+    Raises:
+        TransformError: the time is too far before the first or after the last pose; it names the frame `other`.
+    """
     if stamp_s is None or len(history) == 1 or stamp_s >= history[-1].stamp_s:
         last = history[-1]
-        if stamp_s is not None and stamp_s - last.stamp_s > 0.5:
+        if stamp_s is not None and stamp_s - last.stamp_s > options.max_extrapolation_s:
             raise TransformError(other, last.child, f"asked for {stamp_s:.3f} s, the latest is {last.stamp_s:.3f} s")
         return last.matrix
     if stamp_s <= history[0].stamp_s:
-        if history[0].stamp_s - stamp_s > 0.5:
+        if history[0].stamp_s - stamp_s > options.max_extrapolation_s:
             first = history[0]
             raise TransformError(other, first.child, f"asked for {stamp_s:.3f} s, the first is {first.stamp_s:.3f} s")
         return history[0].matrix
@@ -142,9 +157,9 @@ def _at(history: deque[StampedTransform], stamp_s: float | None, other: str) -> 
     a, b = history[after - 1], history[after]
     if np.array_equal(a.matrix, b.matrix):  # most joints rest
         return a.matrix
-    share = (stamp_s - a.stamp_s) / (b.stamp_s - a.stamp_s)
+    weight = (stamp_s - a.stamp_s) / (b.stamp_s - a.stamp_s)
     matrix = np.eye(4)
-    matrix[:3, 3] = (1.0 - share) * a.matrix[:3, 3] + share * b.matrix[:3, 3]
+    matrix[:3, 3] = (1.0 - weight) * a.matrix[:3, 3] + weight * b.matrix[:3, 3]
     rotations = Rotation.from_matrix(np.stack([a.matrix[:3, :3], b.matrix[:3, :3]]))
-    matrix[:3, :3] = Slerp([0.0, 1.0], rotations)(share).as_matrix()
+    matrix[:3, :3] = Slerp([0.0, 1.0], rotations)(weight).as_matrix()
     return matrix

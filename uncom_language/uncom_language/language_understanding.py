@@ -13,6 +13,7 @@ from uncom_language.llm.llm_parser import ChatBackend, LlmParser
 from uncom_language.parser.grammar_parser import BACKEND, GrammarParser, load_parser, parse_transcript
 from uncom_language.parser.lexical.asr_error_correction import correct_nouns
 from uncom_language.parser.lexical.translation import translate_references
+from uncom_language.parser.options import UNDERSTANDING
 from uncom_language.types import Act, Alternative, Command, Transcript
 
 BACKENDS = (BACKEND, "phi", "both")
@@ -25,7 +26,7 @@ class LanguageUnderstanding:
         self,
         backend: str = BACKEND,
         language: str = "en",
-        max_alternative_loss: float = 6.0,
+        max_alternative_loss: float = UNDERSTANDING.max_alternative_loss,
         make_model: Callable[[], ChatBackend] | None = None,
         model: str = "",
     ) -> None:

@@ -11,7 +11,7 @@ import pytest
 from perception_scenes import CAMERA, POSE, plain_table
 from tiny_sam import write_tiny_sam
 from uncom_common.exceptions import InvalidConfigError, ModelNotFoundError
-from uncom_common.full_models import pick_device
+from uncom_common.pretrained_models import pick_device
 from uncom_perception.depth.dpt import DptDepth, load_dpt, table_scale
 from uncom_perception.depth.make_depth_estimator import make_depth_estimator
 from uncom_perception.exceptions import InvalidImageError, UnknownBackendError

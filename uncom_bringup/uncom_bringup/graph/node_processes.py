@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from uncom_common.parent import STARTER
+from uncom_common.parent_process import PARENT_PID_VARIABLE
 
 from uncom_bringup.exceptions import BadInputError, GraphError
 from uncom_bringup.graph.node_specs import NodeSpec
@@ -83,7 +83,7 @@ class GraphProcesses:
             **os.environ,
             "ROS_DOMAIN_ID": str(domain),
             "PYTHONUNBUFFERED": "1",
-            STARTER: str(os.getpid()),
+            PARENT_PID_VARIABLE: str(os.getpid()),
             # Seven processes share few cores: a thread pool in each only makes them wait for one another.
             **{name: os.environ.get(name, str(threads)) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")},
         }

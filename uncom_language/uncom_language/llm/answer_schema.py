@@ -8,14 +8,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from uncom_language.exceptions import AnswerError
+from uncom_language.llm.options import CHAT
 
-_LONGEST = 80  # characters of a part
-_TIME = {"type": "number", "minimum": 0, "maximum": 100000}
+_TIME = {"type": "number", "minimum": 0, "maximum": CHAT.max_time_s}
 
 
 def _part(*, refined: bool) -> dict[str, Any]:
     properties: dict[str, Any] = {
-        "text": {"type": "string", "minLength": 1, "maxLength": _LONGEST},
+        "text": {"type": "string", "minLength": 1, "maxLength": CHAT.max_part_characters},
         "timestamp": {"type": "array", "items": _TIME, "minItems": 2, "maxItems": 2},
     }
     if refined:
@@ -72,13 +72,13 @@ def _check_part(name: str, part: Any, said: set[str], *, concrete: bool) -> None
     if not isinstance(part, Mapping) or set(part) != keys:
         raise AnswerError(f"{name} must be empty or have exactly the keys {', '.join(sorted(keys))}")
     text, times = part["text"], part["timestamp"]
-    if not isinstance(text, str) or not text.strip() or len(text) > _LONGEST:
+    if not isinstance(text, str) or not text.strip() or len(text) > CHAT.max_part_characters:
         raise AnswerError(f"the text of {name} must be the words that were said")
     strange = [word for word in text.lower().split() if word not in said]
     if strange:
         raise AnswerError(f"nobody said {strange[0]!r}, which is in {name}")
-    numbers = isinstance(times, list) and len(times) == 2 and all(isinstance(t, int | float) for t in times)
-    if not numbers or not 0 <= times[0] <= times[1]:
+    pair = isinstance(times, list) and [isinstance(time, int | float) for time in times] == [True, True]
+    if not pair or not 0 <= times[0] <= times[1]:
         raise AnswerError(f"the timestamp of {name} must be [start, finish] in seconds")
     if concrete and not isinstance(part["concrete"], bool):
         raise AnswerError(f"concrete of {name} must be true or false")

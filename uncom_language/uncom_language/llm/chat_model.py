@@ -8,7 +8,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from uncom_common.full_models import load_pretrained, pick_device, require, weights_format
+from uncom_common.pretrained_models import load_pretrained, pick_device, require, weights_format
+
+from uncom_language.llm.options import CHAT
 
 DEFAULT_MODEL = "microsoft/Phi-4-mini-instruct"
 
@@ -16,7 +18,9 @@ DEFAULT_MODEL = "microsoft/Phi-4-mini-instruct"
 class ChatModel:
     """A model with its tokenizer and chat template; decoding is greedy, so the same words get the same answer."""
 
-    def __init__(self, name: str = DEFAULT_MODEL, device: str = "auto", max_new_tokens: int = 256) -> None:
+    def __init__(
+        self, name: str = DEFAULT_MODEL, device: str = "auto", max_new_tokens: int = CHAT.max_new_tokens
+    ) -> None:
         """Load the model.
 
         Args:

@@ -14,11 +14,11 @@ import yaml
 from uncom_language.exceptions import AnswerError, UnknownLanguageError
 from uncom_language.llm.answer_interpretation import command_from_answer
 from uncom_language.llm.answer_schema import answer_schema, validate_answer
+from uncom_language.llm.options import CHAT
+from uncom_language.parser.options import TYPED_TEXT
 from uncom_language.types import Act, Command, Transcript, Word
 
 PACKS = Path(__file__).parent / "packs"
-_RETRIES = 1
-_WORD_S = 0.4
 
 
 class ChatBackend(Protocol):
@@ -82,7 +82,7 @@ class LlmParser:
         """Ask, and once more with the error; the answer becomes part of the conversation."""
         schema = answer_schema(refined=refined)
         why = ""
-        for _ in range(1 + _RETRIES):
+        for _ in range(1 + CHAT.max_retries):
             text = self._model.answer([dict(message) for message in messages], schema)
             messages.append({"role": "assistant", "content": text})
             try:
@@ -93,10 +93,12 @@ class LlmParser:
         raise AnswerError(f"{self._model.name} gave no usable answer: {why}")
 
     def _examples(self) -> list[dict[str, str]]:
+        step_s = TYPED_TEXT.word_s
         made: list[dict[str, str]] = []
         for shot in self._shots:
             words = tuple(
-                Word(text, _WORD_S * i, round(_WORD_S * (i + 0.9), 2)) for i, text in enumerate(shot["words"].split())
+                Word(text, step_s * i, round(step_s * (i + TYPED_TEXT.voiced_share), CHAT.time_digits))
+                for i, text in enumerate(shot["words"].split())
             )
             refined = {
                 name: {**part, "concrete": shot["concrete"][name]} if name in shot["concrete"] else part
@@ -117,7 +119,11 @@ def whisper_json(words: tuple[Word, ...]) -> str:
         {
             "text": " ".join(word.text for word in words),
             "chunks": [
-                {"text": word.text, "timestamp": [round(word.start_s, 2), round(word.end_s, 2)]} for word in words
+                {
+                    "text": word.text,
+                    "timestamp": [round(word.start_s, CHAT.time_digits), round(word.end_s, CHAT.time_digits)],
+                }
+                for word in words
             ],
         }
     )

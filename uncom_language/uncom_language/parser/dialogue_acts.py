@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an utterance opens with: stop, yes, no, "I meant", a question."""
+"""Dialogue acts that an utterance opens with: stop, cancel, yes, no, a correction, a question."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from uncom_language.parser.lexical.lexicon import Lexicon, Phrase
 from uncom_language.parser.lexical.tagger import remove_fillers
 from uncom_language.parser.lexical.tokens import RawToken
+from uncom_language.parser.options import PARSER
 from uncom_language.types import Act
 
-_ACTS = {"stop": Act.STOP, "cancel": Act.CANCEL, "yes": Act.YES, "no": Act.NO}
-# Said when several are: the one that moves the robot least.
-_CAREFUL = (Act.STOP, Act.CANCEL, Act.NO, Act.YES)
+_ACT_OF_NAME = {"stop": Act.STOP, "cancel": Act.CANCEL, "yes": Act.YES, "no": Act.NO}
+# Of several acts in one utterance the one that moves the robot least counts.
+_LEAST_MOTION_FIRST = (Act.STOP, Act.CANCEL, Act.NO, Act.YES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +30,7 @@ class DialogueActReader:
     """Takes dialogue acts off an utterance."""
 
     def __init__(self, lexicon: Lexicon, parses: Callable[[tuple[RawToken, ...]], bool]) -> None:
-        """Keep the lexicon and the test whether words are a sentence of the grammar."""
+        """Take the lexicon, and a function that tells whether words are a sentence of the grammar."""
         self._lexicon = lexicon
         self._parses = parses
 
@@ -42,20 +43,20 @@ class DialogueActReader:
         opening = self._split(kept)
         act = self._whole_act(words, _words(kept), _words(opening.rest))
         if act is None:
-            act = self._act_of_broken(items, words, opening)
+            act = self._act_of_non_sentence(items, words, opening)
         return opening if act is None else Opening(act)
 
     def _whole_act(self, words: Phrase, kept: Phrase, rest: Phrase) -> Act | None:
         """Return the act that all of an utterance is, with or without politeness and "actually"."""
         acts = self._lexicon.acts
         if words in acts:
-            return _ACTS[acts[words]]
+            return _ACT_OF_NAME[acts[words]]
         several = self._only_acts(kept or words)
         if several:
-            return next(act for act in _CAREFUL if act in several)
-        return _ACTS[acts[rest]] if rest in acts else None
+            return next(act for act in _LEAST_MOTION_FIRST if act in several)
+        return _ACT_OF_NAME[acts[rest]] if rest in acts else None
 
-    def _act_of_broken(self, items: tuple[RawToken, ...], words: Phrase, opening: Opening) -> Act | None:
+    def _act_of_non_sentence(self, items: tuple[RawToken, ...], words: Phrase, opening: Opening) -> Act | None:
         """Return stop or cancel, where one is said and the rest makes no sentence."""
         first, last = self._act_at_start(words), self._act_at_end(words)
         said = Act.STOP if Act.STOP in (first, last) else first if first is Act.CANCEL else None
@@ -81,31 +82,31 @@ class DialogueActReader:
 
     def _begins(self, words: Phrase, phrases: Container[Phrase], *, or_known: bool = True) -> bool:
         """Whether words begin with one of the phrases, and with no longer one of a command."""
-        length = _length(words, 0, phrases)
+        length = _phrase_length(words, 0, phrases)
         if not length or not or_known:
             return bool(length)
         lexicon = self._lexicon
-        return length >= max(lexicon.longest_match(words, 0)[0], _length(words, 0, lexicon.fillers))
+        return length >= max(lexicon.longest_match(words, 0)[0], _phrase_length(words, 0, lexicon.fillers))
 
     def _only_acts(self, words: Phrase) -> list[Act]:
         """Return the acts that make up all of the words; none if something else is among them."""
         acts: list[Act] = []
         while words:
-            length = _length(words, 0, self._lexicon.acts)
+            length = _phrase_length(words, 0, self._lexicon.acts)
             if not length:
                 return []
-            acts.append(_ACTS[self._lexicon.acts[words[:length]]])
+            acts.append(_ACT_OF_NAME[self._lexicon.acts[words[:length]]])
             words = words[length:]
         return acts
 
     def _act_at_start(self, words: Phrase) -> Act | None:
-        length = _length(words, 0, self._lexicon.acts)
-        return _ACTS[self._lexicon.acts[words[:length]]] if length else None
+        length = _phrase_length(words, 0, self._lexicon.acts)
+        return _ACT_OF_NAME[self._lexicon.acts[words[:length]]] if length else None
 
     def _act_at_end(self, words: Phrase) -> Act | None:
-        for start in range(max(0, len(words) - 4), len(words)):
+        for start in range(max(0, len(words) - PARSER.max_act_words), len(words)):
             if words[start:] in self._lexicon.acts:
-                return _ACTS[self._lexicon.acts[words[start:]]]
+                return _ACT_OF_NAME[self._lexicon.acts[words[start:]]]
         return None
 
     def _split(self, items: tuple[RawToken, ...]) -> Opening:
@@ -118,23 +119,23 @@ class DialogueActReader:
                 items = items[1:]
                 continue
             words = tuple(item.text for item in items)
-            if _length(words, 0, lexicon.negations) and not _length(words, 0, lexicon.amends):
+            if _phrase_length(words, 0, lexicon.negations) and not _phrase_length(words, 0, lexicon.amends):
                 break
-            amending = _length(words, 0, lexicon.amends)
-            yes = _length(words, 0, lexicon.acts) if not amends else 0
+            amending = _phrase_length(words, 0, lexicon.amends)
+            yes = _phrase_length(words, 0, lexicon.acts) if not amends else 0
             yes = yes if yes and lexicon.acts[words[:yes]] in ("yes", "no") else 0
             length = max(amending, yes)
             if not length or length < lexicon.longest_match(words, 0)[0] or length == len(items):
                 break
             kind = lexicon.acts.get(words[:length])
-            act = _ACTS[kind] if kind in ("yes", "no") and act is None else act
+            act = _ACT_OF_NAME[kind] if kind in ("yes", "no") and act is None else act
             amends = amends or amending >= yes or kind == "no"
             items = items[length:]
-        trimmed = self._without_end(items)
+        trimmed = self._strip_amending_end(items)
         return Opening(act, trimmed, amends or len(trimmed) < len(items))
 
-    def _without_end(self, items: tuple[RawToken, ...]) -> tuple[RawToken, ...]:
-        for length in (3, 2, 1):
+    def _strip_amending_end(self, items: tuple[RawToken, ...]) -> tuple[RawToken, ...]:
+        for length in range(PARSER.max_amending_words, 0, -1):
             if len(items) > length and tuple(item.text for item in items[-length:]) in self._lexicon.amends_after:
                 return items[:-length]
         return items
@@ -144,6 +145,13 @@ def _words(items: tuple[RawToken, ...]) -> Phrase:
     return tuple(item.text for item in items if not item.is_break)
 
 
-def _length(words: Phrase, start: int, phrases: Container[Phrase]) -> int:
+def _phrase_length(words: Phrase, start: int, phrases: Container[Phrase]) -> int:
     """Return how many words make the longest of the phrases; 0 if none."""
-    return next((n for n in range(min(len(words) - start, 6), 0, -1) if words[start : start + n] in phrases), 0)
+    return next(
+        (
+            n
+            for n in range(min(len(words) - start, PARSER.max_marker_words), 0, -1)
+            if words[start : start + n] in phrases
+        ),
+        0,
+    )

@@ -139,7 +139,7 @@ def _commands_of(said: Utterance, clause: Clause) -> list[Command]:
 
 def _two_single(things: Sequence[Reference]) -> bool:
     """Whether exactly two things are stacked: the first on the second."""
-    return len(things) == 2 and all(thing.quantity == 1 for thing in things)
+    return [thing.quantity for thing in things] == [1, 1]
 
 
 def _ask(clause: Clause, missing: str) -> str:

@@ -21,6 +21,7 @@ from uncom_language.parser.lexical.tagger import (
     split_text,
 )
 from uncom_language.parser.lexical.tokens import RawToken, Token
+from uncom_language.parser.options import PARSER, TYPED_TEXT
 from uncom_language.parser.syntax.clause import Clause
 from uncom_language.parser.syntax.clause_reader import ClauseReader
 from uncom_language.parser.syntax.grammar import NotInGrammarError, Tree, children, load_grammar, parse_tokens
@@ -30,13 +31,11 @@ from uncom_language.parser.syntax.support_surfaces import resolve_support_part
 from uncom_language.types import Act, Command, Relation, Span, Transcript, Word
 
 BACKEND = "grammar"
-# Text without sound gets even times, so that everything that follows is the same for both.
-_WORD_S = 0.4
-# How many other readings of ambiguous words are tried before a sentence is refused.
-_READINGS = 8
-# What a sentence that breaks off may end with.
-_BEGUN = frozenset({"DETERMINER", "RELATION", "TO", "SOURCE", "BETWEEN", "AND", "DISTANCE", "ADJECTIVE", "OTHER"})
-_BEGUN_PLACES = frozenset({"RELATION", "TO", "BETWEEN"})
+# Classes of words with which a sentence that breaks off may end.
+_UNFINISHED_TAGS = frozenset(
+    {"DETERMINER", "RELATION", "TO", "SOURCE", "BETWEEN", "AND", "DISTANCE", "ADJECTIVE", "OTHER"}
+)
+_UNFINISHED_PLACE_TAGS = frozenset({"RELATION", "TO", "BETWEEN"})
 
 
 @cache
@@ -78,7 +77,7 @@ class GrammarParser:
         found: list[Command] = []
         refusal = self._acts.refusal(items) if opening.act is None else ""
         if refusal:
-            found = [_refused(said, f"{said.text!r}: {refusal}")]
+            found = [_refusal(said, f"{said.text!r}: {refusal}")]
         elif opening.rest:
             found = self._clauses(said, opening.rest, WordTiming(tuple(spans)), answered=opening.act is not None)
         amended = any(command.act is Act.CORRECTION for command in found)
@@ -89,7 +88,7 @@ class GrammarParser:
         if opening.act is not None and not amended:
             found = [Command(said.id, opening.act, said.text), *found]
         if not found:
-            found = [_refused(said, "I heard no words that tell me what to do")]
+            found = [_refusal(said, "I heard no words that tell me what to do")]
         return tuple(
             replace(command, index=index, count=len(found), backend=self.backend) for index, command in enumerate(found)
         )
@@ -102,7 +101,7 @@ class GrammarParser:
         return True
 
     def _tree(self, items: tuple[RawToken, ...]) -> Tree:
-        """Parse words; where they make no sentence, they are tried without what is said twice or begun in vain.
+        """Parse words; where they make no sentence, they are tried without what is said twice or unfinished in vain.
 
         Raises:
             NotInGrammarError: they are no sentence.
@@ -129,8 +128,8 @@ class GrammarParser:
         try:
             return parse_tokens(tokens, self.lexicon.language)
         except NotInGrammarError as error:
-            for number, (token, tag) in enumerate(self._other_readings(kept, tokens, error)):
-                if number == _READINGS:
+            for number, (token, tag) in enumerate(self._alternative_tags(kept, tokens, error)):
+                if number == PARSER.max_retagged:
                     break
                 try:
                     return parse_tokens(self._tagger.tag(kept, {token.first: tag}), self.lexicon.language)
@@ -138,12 +137,12 @@ class GrammarParser:
                     continue
             raise
 
-    def _other_readings(
+    def _alternative_tags(
         self, items: Sequence[RawToken], tokens: list[Token], error: NotInGrammarError
     ) -> Iterator[tuple[Token, str]]:
         """Yield other classes for the word that does not fit and for the two before it."""
         misfit = next((i for i, token in enumerate(tokens) if token is error.token), len(tokens) - 1)
-        for position in range(misfit, max(-1, misfit - 3), -1):
+        for position in range(misfit, max(-1, misfit - PARSER.retagged_window), -1):
             if tokens[position].text != ".":
                 for tag in self._tagger.other_tags(items, tokens[position]):
                     yield tokens[position], tag
@@ -153,22 +152,25 @@ class GrammarParser:
     ) -> list[Command]:
         refusal = self._acts.refusal(items)
         if refusal:
-            return [_refused(said, f"{said.text!r}: {refusal}")]
+            return [_refusal(said, f"{said.text!r}: {refusal}")]
         repaired = apply_self_repairs(items, self.lexicon, self._tagger)
         try:
             clauses = self._read(repaired.items, timing)
         except NotInGrammarError as error:
-            clauses = self._broken_off(repaired.items, timing)
+            clauses = self._read_unfinished(repaired.items, timing)
             if not clauses:
-                return [_refused(said, _why_refused(error, said.text))]
-        reason = self._why_not(clauses)
+                return [_refusal(said, _grammar_refusal(error, said.text))]
+        reason = self._refusal_reason(clauses)
         if reason:
-            return [_refused(said, reason)]
+            return [_refusal(said, reason)]
         commands = [resolve_support_part(command, self.lexicon) for command in commands_from_clauses(said, clauses)]
-        if all(command.act is Act.FRAGMENT and _only_it(command) for command in commands):
-            return [_refused(said, f"{said.text!r} is no command for me")]
-        if all(command.act is Act.INCOMPLETE and not _names_thing(command) for command in commands) and not answered:
-            return [_refused(said, f"{said.text!r} is no command for me")]
+        if all(command.act is Act.FRAGMENT and _is_bare_pronoun(command) for command in commands):
+            return [_refusal(said, f"{said.text!r} is no command for me")]
+        if (
+            all(command.act is Act.INCOMPLETE and not _names_object_or_action(command) for command in commands)
+            and not answered
+        ):
+            return [_refusal(said, f"{said.text!r} is no command for me")]
         return [replace(command, notes=(*command.notes, *repaired.notes)) for command in commands]
 
     def _read(self, items: tuple[RawToken, ...], timing: WordTiming) -> list[Clause]:
@@ -176,47 +178,47 @@ class GrammarParser:
         reader = ClauseReader(self.lexicon, timing)
         return [reader.read(child) for child in children(tree) if isinstance(child, lark.Tree)]
 
-    def _why_not(self, clauses: list[Clause]) -> str:
+    def _refusal_reason(self, clauses: list[Clause]) -> str:
         """Return why what was understood is not to be done; empty if it is."""
         ordered = next((clause.order for clause in clauses if clause.order), "")
         if ordered:
             return f"{ordered!r} is nothing that I could bring from this table"
-        thrown = next((clause.action_text for clause in clauses if self._is_thrown(clause)), "")
+        thrown = next((clause.action_text for clause in clauses if self._is_discarding(clause)), "")
         if thrown:
             return f"{thrown!r} is nothing that I do; tell me where to put it, into a bin for example"
         return ""
 
-    def _is_thrown(self, clause: Clause) -> bool:
+    def _is_discarding(self, clause: Clause) -> bool:
         """Whether a thing is to be got rid of, and nobody says where to."""
         said = f"{clause.action_text} "
         thrown = any(said.startswith(f"{verb} ") for verb in self.lexicon.raw.get("thrown", ()))
         return thrown and bool(clause.objects) and clause.target is None and not clause.placed
 
-    def _broken_off(self, items: tuple[RawToken, ...], timing: WordTiming) -> list[Clause]:
+    def _read_unfinished(self, items: tuple[RawToken, ...], timing: WordTiming) -> list[Clause]:
         """Read a sentence that ends within a phrase ("put the cup on the"); nothing if it is none."""
         kept = remove_fillers(items, self.lexicon)
-        begun: list[Token] = []
+        unfinished: list[Token] = []
         tokens = self._tagger.tag(kept)
-        while tokens and tokens[-1].tag in _BEGUN:
-            begun.append(tokens.pop())
-        if not begun or not any(token.tag == "VERB" for token in tokens):
+        while tokens and tokens[-1].tag in _UNFINISHED_TAGS:
+            unfinished.append(tokens.pop())
+        if not unfinished or not any(token.tag == "VERB" for token in tokens):
             return []
         try:
             clauses = self._read(tuple(item for item in kept if item.index <= tokens[-1].last), timing)
         except NotInGrammarError:
             return []
-        place = next((token for token in begun if token.tag in _BEGUN_PLACES), None)
+        place = next((token for token in unfinished if token.tag in _UNFINISHED_PLACE_TAGS), None)
         if place is not None:
             relation = Relation(place.value) if place.tag == "RELATION" else Relation.NONE
             clauses[-1] = replace(clauses[-1], lacks="target", relation=relation, target=None)
         return clauses
 
 
-def _refused(said: Utterance, reason: str) -> Command:
+def _refusal(said: Utterance, reason: str) -> Command:
     return Command(said.id, Act.REFUSED, said.text, reason=reason)
 
 
-def _why_refused(error: NotInGrammarError, text: str) -> str:
+def _grammar_refusal(error: NotInGrammarError, text: str) -> str:
     if error.token is None:
         return f"the sentence {text!r} ends too early to be a command"
     if error.token.first == 0 or error.token.tag == "UNKNOWN":
@@ -224,19 +226,20 @@ def _why_refused(error: NotInGrammarError, text: str) -> str:
     return f"I do not understand {text!r}: {error.token.text!r} does not fit there"
 
 
-def _only_it(command: Command) -> bool:
+def _is_bare_pronoun(command: Command) -> bool:
     """Whether a fragment is nothing but "it"."""
     thing = command.object
     return thing is not None and thing.anaphoric and thing.quantity == 1 and command.target is None
 
 
-def _names_thing(command: Command) -> bool:
+def _names_object_or_action(command: Command) -> bool:
     return command.object is not None or command.primitive is not Primitive.NONE
 
 
 def even_spans(count: int) -> tuple[Span, ...]:
-    """Return made-up times for words that were typed: 0.4 s each."""
-    return tuple(Span(_WORD_S * i, _WORD_S * (i + 0.9)) for i in range(count))
+    """Return made-up times for words that were typed, so that everything that follows is the same as for speech."""
+    step_s = TYPED_TEXT.word_s
+    return tuple(Span(step_s * i, step_s * (i + TYPED_TEXT.voiced_share)) for i in range(count))
 
 
 def parse_text(text: str, language: str = "en") -> tuple[Command, ...]:

@@ -16,6 +16,9 @@ class StreamingOptions:
     min_pause_s: float = tunable(
         0.12, unit="s", meaning="shortest pause after which the words so far are tested for being a whole sentence"
     )
+    complete_pause_s: float = tunable(
+        0.18, unit="s", meaning="silence that ends an utterance which is a whole command by then"
+    )
     status_period_s: float = tunable(1.0, unit="s", meaning="sound after which an unchanged status is reported again")
     stop_timeout_s: float = tunable(10.0, unit="s", meaning="longest wait for the worker at the end")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from uncom_common.full_models import require
+from uncom_common.pretrained_models import require
 
 from uncom_language.exceptions import UnknownBackendError, UnknownLanguageError
 from uncom_language.speech.pocketsphinx.pocketsphinx_recognizer import PocketSphinxRecognizer

@@ -8,7 +8,7 @@ from typing import Any
 
 import cv2
 import numpy as np
-from uncom_common.full_models import load_with_processor, pick_device, require
+from uncom_common.pretrained_models import load_with_processor, pick_device, require
 
 from uncom_perception.exceptions import InvalidImageError
 from uncom_perception.segmentation.segmenter import DepthImage, FloatArray, RgbImage, Segmenter

@@ -10,12 +10,8 @@ import jellyfish
 from rapidfuzz.distance import DamerauLevenshtein, JaroWinkler
 
 from uncom_language.parser.lexical.lexicon import Lexicon, load_lexicon
+from uncom_language.parser.options import CORRECTION
 from uncom_language.types import Act, Alternative, Command, Reference
-
-# How much of the similarity of two words is that of their sounds (Metaphone); the rest is their spelling.
-_SOUND = 0.65
-_ALIKE = 0.78  # "ball" and "bowl" 0.88, "pair" and "pear" 0.95; but "spoon" and "spool" 0.76, "can" and "pan" 0.60
-_MARGIN = 0.08  # the second likest must be less alike by this
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +32,9 @@ def word_similarity(first: str, second: str) -> float:
     """Return how alike two words sound and are written, 0 to 1."""
     sounds = jellyfish.metaphone(first), jellyfish.metaphone(second)
     sound = DamerauLevenshtein.normalized_similarity(*sounds) if all(sounds) else 0.0
-    return _SOUND * float(sound) + (1.0 - _SOUND) * float(JaroWinkler.similarity(first, second))
+    return CORRECTION.sound_share * float(sound) + (1.0 - CORRECTION.sound_share) * float(
+        JaroWinkler.similarity(first, second)
+    )
 
 
 def find_correction(
@@ -61,10 +59,10 @@ def find_correction(
     heard_too = {lexicon.singular.get(word.text, word.text) for other in alternatives for word in other.words}
     candidates = set(there) if known else there | (heard_too & set(lexicon.noun_class))
     ranked = sorted(((word_similarity(heard, word), word) for word in candidates - {heard}), reverse=True)
-    if not ranked or ranked[0][0] < _ALIKE:
+    if not ranked or ranked[0][0] < CORRECTION.min_similarity:
         return None
     best, meant = ranked[0]
-    if len(ranked) > 1 and best - ranked[1][0] < _MARGIN and ranked[1][1] not in heard_too:
+    if len(ranked) > 1 and best - ranked[1][0] < CORRECTION.min_margin and ranked[1][1] not in heard_too:
         return None
     evidence = [f"they sound alike ({best:.2f})"]
     if meant in there:

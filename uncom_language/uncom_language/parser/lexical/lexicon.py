@@ -16,6 +16,7 @@ from uncom_language.exceptions import LexiconError, UnknownLanguageError
 PACKS = Path(__file__).parents[1] / "packs"
 
 Phrase = tuple[str, ...]
+_SHORTEST_PLURAL = len("cups")
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +81,7 @@ class Lexicon:
         """Return the singular of a noun, also of one that is not listed if plurals follow a rule."""
         if word in self.singular or word in self.noun_class or self.raw["plural_rule"] != "s":
             return self.singular.get(word, word)
-        if len(word) < 4 or not word.endswith("s") or word.endswith(("ss", "us", "is")):
+        if len(word) < _SHORTEST_PLURAL or not word.endswith("s") or word.endswith(("ss", "us", "is")):
             return word
         if word.endswith("ies"):
             return word[:-3] + "y"

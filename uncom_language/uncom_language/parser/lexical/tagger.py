@@ -9,16 +9,16 @@ from collections.abc import Container, Mapping, Sequence
 from uncom_language.parser.lexical.conjunctions import resolve_conjunctions
 from uncom_language.parser.lexical.lexicon import Lexicon, Meaning
 from uncom_language.parser.lexical.tokens import PREMODIFIERS, RawToken, Token
+from uncom_language.parser.options import PARSER
 
 # After these an unknown word is taken for a noun.
-_EXPECT_NOUN = PREMODIFIERS | {
+_TAGS_BEFORE_NOUN = PREMODIFIERS | {
     "NOUN", "VERB", "RELATION", "TO", "SOURCE", "BETWEEN", "COMPARED", "OF", "AND", "PARTICLE", "RECIPIENT", "AS",
     "EXCEPT",
 }  # fmt: skip
-_STUTTER = 3  # words
-_BEGINS_PLACE = ("RELATION", "TO")
-_SAYS_WHERE = frozenset(("RELATION", "PLACE", "BETWEEN"))
-_TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_](?:[^\W\d_]|')*|[.;!?,:]")
+_PLACE_OPENING_TAGS = ("RELATION", "TO")
+_PLACE_TAGS = frozenset(("RELATION", "PLACE", "BETWEEN"))
+_TOKEN_PATTERN = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_](?:[^\W\d_]|')*|[.;!?,:]")
 
 
 def split_text(text: str) -> tuple[RawToken, ...]:
@@ -26,7 +26,7 @@ def split_text(text: str) -> tuple[RawToken, ...]:
     items: list[RawToken] = []
     count = 0
     cleaned = text.lower().replace("\N{RIGHT SINGLE QUOTATION MARK}", "'").replace("-", " ").replace("_", " ")
-    for match in _TOKEN.finditer(cleaned):
+    for match in _TOKEN_PATTERN.finditer(cleaned):
         piece = match.group().strip("'")
         if not piece:
             continue
@@ -58,13 +58,13 @@ def remove_fillers(items: Sequence[RawToken], lexicon: Lexicon) -> list[RawToken
 
 
 def remove_repetitions(items: Sequence[RawToken]) -> tuple[RawToken, ...]:
-    """Remove up to three words that are said twice in a row: "put the put the lemon in in the bowl"."""
+    """Remove words that are said twice in a row: "put the put the lemon in in the bowl"."""
     kept: list[RawToken] = []
     for item in items:
         kept.append(item)
-        for length in range(min(_STUTTER, len(kept) // 2), 0, -1):
+        for length in range(min(PARSER.max_repeated_words, len(kept) // 2), 0, -1):
             again, before = kept[-length:], kept[-2 * length : -length]
-            if [one.text for one in again] == [one.text for one in before]:
+            if [item.text for item in again] == [item.text for item in before]:
                 del kept[-2 * length : -length]
                 break
     return tuple(kept)
@@ -75,13 +75,13 @@ def remove_false_starts(items: Sequence[RawToken], tokens: Sequence[Token]) -> t
 
     After a pause a recogniser may also hear a short word where the voice only sets in.
     """
-    given_up: set[int] = set()
+    abandoned: set[int] = set()
     for number, token in enumerate(tokens):
         ahead = [other.tag for other in tokens[number + 1 : number + 3]]
         length = 2 if ahead[:1] == ["DETERMINER"] else 1
-        if token.tag in _BEGINS_PLACE and set(ahead[length - 1 : length]) & _SAYS_WHERE:
-            given_up.update(range(token.first, tokens[number + length - 1].last + 1))
-    return tuple(item for item in items if item.index not in given_up or item.is_break)
+        if token.tag in _PLACE_OPENING_TAGS and set(ahead[length - 1 : length]) & _PLACE_TAGS:
+            abandoned.update(range(token.first, tokens[number + length - 1].last + 1))
+    return tuple(item for item in items if item.index not in abandoned or item.is_break)
 
 
 def _longest(words: tuple[str, ...], start: int, phrases: Container[tuple[str, ...]], limit: int) -> int:
@@ -100,7 +100,7 @@ class Tagger:
     """Gives every phrase of an utterance its class."""
 
     def __init__(self, lexicon: Lexicon) -> None:
-        """Keep the lexicon."""
+        """Take the words of a language."""
         self._lexicon = lexicon
 
     def tag(self, items: Sequence[RawToken], forced: Mapping[int, str] | None = None) -> list[Token]:
@@ -146,9 +146,9 @@ class Tagger:
     def _distance(self, words: tuple[str, ...], position: int) -> tuple[int, float]:
         """Return the length and value [m] of a number with its unit, (0, 0) if there is none."""
         lexicon = self._lexicon
-        lead = _longest(words, position, lexicon.before_distance, 2)
+        lead = _longest(words, position, lexicon.before_distance, PARSER.max_number_words)
         for start in (position + lead, position) if lead else (position,):
-            count = _longest(words, start, lexicon.numbers, 2)
+            count = _longest(words, start, lexicon.numbers, PARSER.max_number_words)
             value = lexicon.numbers[words[start : start + count]] if count else _number(words, start)
             unit = start + max(count, 1)
             if value is not None and unit < len(words) and words[unit] in lexicon.units:
@@ -165,7 +165,7 @@ class Tagger:
         return tuple(meaning.tag for meaning in meanings if meaning.tag != token.tag)
 
     def _unknown(self, word: str, previous: Token | None) -> Meaning:
-        if word in self._lexicon.function_words or previous is None or previous.tag not in _EXPECT_NOUN:
+        if word in self._lexicon.function_words or previous is None or previous.tag not in _TAGS_BEFORE_NOUN:
             return Meaning("UNKNOWN", word)
         singular = self._lexicon.singular_of(word)
         return Meaning("NOUN", singular, "unknown plural" if singular != word else "unknown")
@@ -186,7 +186,7 @@ class Tagger:
         before = previous.tag if previous else ""
         if before == "DISTANCE":
             return ("SIDE", "RELATION", "PLACE", "TO", "BETWEEN")
-        if before in _BEFORE_PERSON:
+        if before in _TAGS_BEFORE_PERSON:
             return ("PERSON", "COUNT", "DEICTIC", "ADJECTIVE", "NOUN", "ONE")
         noun_follows = bool(following & {"NOUN", "ONE", "ADJECTIVE", "UNKNOWN_NOUN"})
         thing_follows = noun_follows or bool(following & (PREMODIFIERS | {"PRONOUN"}))
@@ -196,7 +196,11 @@ class Tagger:
             return _PREFERENCES["after", "thing"]  # "this near that": no quality stands before another article
         unknown_noun = before == "NOUN" and previous is not None and previous.detail.startswith("unknown")
         situation = (
-            "within" if before in PREMODIFIERS or unknown_noun else "begin" if before in _BEGINNINGS else "after",
+            "within"
+            if before in PREMODIFIERS or unknown_noun
+            else "begin"
+            if before in _CLAUSE_BOUNDARY_TAGS
+            else "after",
             "noun" if noun_follows else "thing" if thing_follows else "end",
         )
         if situation == ("after", "end") and before in ("NOUN", "ONE", "PRONOUN"):
@@ -213,21 +217,21 @@ class Tagger:
 
 
 # After these "me" is the person who speaks, not who is to get something.
-_BEFORE_PERSON = frozenset({"RELATION", "TO", "SOURCE", "BETWEEN", "COMPARED"})
-_BEGINNINGS = frozenset({"", "AND", "CLAUSE_AND", "THEN"})
-_LAST = ("VERB", "NOUN", "ONE", "DEICTIC", "COUNT", "PARTICLE", "SIDE", "ADJECTIVE")
-_FIRST = ("VERB", "COUNT", "DEICTIC", "ADJECTIVE", "NOUN", "THEN", "RELATION")
-_ENDING = ("NOUN", "ONE", "ADJECTIVE", "COMPARED", "RELATION")
+_TAGS_BEFORE_PERSON = frozenset({"RELATION", "TO", "SOURCE", "BETWEEN", "COMPARED"})
+_CLAUSE_BOUNDARY_TAGS = frozenset({"", "AND", "CLAUSE_AND", "THEN"})
+_PREFERRED_AT_END = ("VERB", "NOUN", "ONE", "DEICTIC", "COUNT", "PARTICLE", "SIDE", "ADJECTIVE")
+_PREFERRED_AT_BEGINNING = ("VERB", "COUNT", "DEICTIC", "ADJECTIVE", "NOUN", "THEN", "RELATION")
+_PREFERRED_WITHIN_PHRASE = ("NOUN", "ONE", "ADJECTIVE", "COMPARED", "RELATION")
 # What stands before (within a phrase, at a clause's beginning, after a thing, elsewhere) and what follows.
 _PREFERENCES: dict[tuple[str, str], tuple[str, ...]] = {
     ("within", "noun"): ("COUNT", "ADJECTIVE", "NOUN", "ONE"),
-    ("within", "thing"): _ENDING,
-    ("within", "end"): _ENDING,
-    ("begin", "noun"): _FIRST,
-    ("begin", "thing"): _FIRST,
-    ("begin", "end"): ("THEN", *_LAST),
+    ("within", "thing"): _PREFERRED_WITHIN_PHRASE,
+    ("within", "end"): _PREFERRED_WITHIN_PHRASE,
+    ("begin", "noun"): _PREFERRED_AT_BEGINNING,
+    ("begin", "thing"): _PREFERRED_AT_BEGINNING,
+    ("begin", "end"): ("THEN", *_PREFERRED_AT_END),
     ("after", "noun"): ("COUNT", "DEICTIC", "ADJECTIVE", "COMPARED", "RELATION", "VERB", "RELATIVE", "NOUN"),
     ("after", "thing"): ("RELATION", "SOURCE", "VERB", "COMPARED", "RELATIVE", "NOUN", "COUNT", "ADJECTIVE"),
     ("thing", "end"): ("PARTICLE", "SIDE", "RELATIVE", "PARTICIPLE", "NOUN", "VERB", "RELATION"),
-    ("after", "end"): _LAST,
+    ("after", "end"): _PREFERRED_AT_END,
 }

@@ -269,7 +269,7 @@ def _exclusions_of_object(
 
 def _without_both(things: Sequence[Reference]) -> tuple[Reference, ...]:
     """Let "both the apple and the pear" be one of each."""
-    if len(things) == 2 and things[0].quantity == 2 and things[1].quantity == 1:
+    if [thing.quantity for thing in things] == [2, 1]:
         return (replace(things[0], quantity=1), things[1])
     return tuple(things)
 

@@ -12,12 +12,13 @@ import lark
 
 from uncom_language.parser.lexical.lexicon import Lexicon
 from uncom_language.parser.lexical.tokens import Token
+from uncom_language.parser.options import PARSER
 from uncom_language.parser.syntax.grammar import NotInGrammarError, Tree, children
 from uncom_language.parser.syntax.locative_phrases import LocativePhrase, WordTiming
 from uncom_language.types import Reference
 
-_LEADING = frozenset({"DETERMINER", "DEICTIC", "SAME"})
-_SPOKEN = frozenset({"OTHER", "ADJECTIVE", "NOUN", "ONE", "PERSON"})
+_DETERMINER_TAGS = frozenset({"DETERMINER", "DEICTIC", "SAME"})
+_DESCRIPTIVE_TAGS = frozenset({"OTHER", "ADJECTIVE", "NOUN", "ONE", "PERSON"})
 
 
 def tokens_of(tree: Tree | lark.Token) -> tuple[Token, ...]:
@@ -108,7 +109,7 @@ class ReferenceBuilder:
         """Return the words without determiner and count; a pointing word stays where nothing is named."""
         if pronoun is not None:
             return pronoun.detail
-        spoken = [token for token in tokens if token.tag in _SPOKEN]
+        spoken = [token for token in tokens if token.tag in _DESCRIPTIVE_TAGS]
         words = [
             token.text for token in spoken if token.tag != "OTHER" or token.text not in self._lexicon.other_determiners
         ]
@@ -140,7 +141,7 @@ class ReferenceBuilder:
         """Return how many are meant; 0 is all of them."""
         counts = [int(token.value) for token in tokens if token.tag == "COUNT"]
         if counts:
-            return min(counts[0], 255)
+            return min(counts[0], PARSER.max_quantity)
         if pronoun is not None:
             return int(pronoun.value)
         plural = head is not None and (head.detail.endswith("plural") or head.text in self._lexicon.many)
@@ -237,7 +238,7 @@ def _check_order(tokens: Sequence[Token]) -> None:
     if all(token.tag == "DETERMINER" for token in tokens):
         raise NotInGrammarError(tokens[-1], ("NOUN",))
     for before, token in pairwise(tokens):
-        if token.tag in _LEADING and before.tag in ("ADJECTIVE", "NOUN", "ONE"):
+        if token.tag in _DETERMINER_TAGS and before.tag in ("ADJECTIVE", "NOUN", "ONE"):
             raise NotInGrammarError(token, ("NOUN",))
 
 

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from uncom_language.parser.lexical.lexicon import Lexicon
 from uncom_language.parser.lexical.tagger import Tagger, remove_fillers
 from uncom_language.parser.lexical.tokens import PREMODIFIERS, RawToken, Token
+from uncom_language.parser.options import PARSER
 from uncom_language.parser.syntax.grammar import NotInGrammarError, parse_tokens
 
-_THING_START = PREMODIFIERS | {"NOUN", "ONE", "PRONOUN"}
-_PLACE_START = frozenset({"RELATION", "TO", "BETWEEN", "PLACE", "SIDE", "SOURCE"})
+_OBJECT_TAGS = PREMODIFIERS | {"NOUN", "ONE", "PRONOUN"}
+_PLACE_TAGS = frozenset({"RELATION", "TO", "BETWEEN", "PLACE", "SIDE", "SOURCE"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,16 +27,16 @@ class RepairedUtterance:
 def apply_self_repairs(items: tuple[RawToken, ...], lexicon: Lexicon, tagger: Tagger) -> RepairedUtterance:
     """Apply the corrections of an utterance, first to last; without any it is returned as it is."""
     notes: list[str] = []
-    for _ in range(4):  # nobody corrects more often in one breath
-        found = _marker(items, lexicon)
+    for _ in range(PARSER.max_self_repairs):
+        found = _find_repair_marker(items, lexicon)
         if found is None:
             break
         start, end = found
-        before, after = items[:start], _without_breaks(items[end:])
+        before, after = items[:start], _remove_commas(items[end:])
         if not after or not before:
             items = before or after
             continue
-        corrected = next(_candidates(_trimmed(before), after, lexicon, tagger), None)
+        corrected = next(_replacements(_strip_final_breaks(before), after, lexicon, tagger), None)
         if corrected is None:
             items = after if _is_clause(after, lexicon, tagger) else (*before, *after)
             if items is not after:
@@ -46,7 +47,7 @@ def apply_self_repairs(items: tuple[RawToken, ...], lexicon: Lexicon, tagger: Ta
     return RepairedUtterance(items, tuple(notes))
 
 
-def _marker(items: tuple[RawToken, ...], lexicon: Lexicon) -> tuple[int, int] | None:
+def _find_repair_marker(items: tuple[RawToken, ...], lexicon: Lexicon) -> tuple[int, int] | None:
     """Return where the first correction marker starts and ends; a leading one is none."""
     words = tuple(item.text for item in items)
     position = 0
@@ -79,7 +80,7 @@ def _marker(items: tuple[RawToken, ...], lexicon: Lexicon) -> tuple[int, int] | 
     return None
 
 
-def _trimmed(items: tuple[RawToken, ...]) -> tuple[RawToken, ...]:
+def _strip_final_breaks(items: tuple[RawToken, ...]) -> tuple[RawToken, ...]:
     """Drop breaks at the end."""
     end = len(items)
     while end and items[end - 1].is_break:
@@ -87,11 +88,11 @@ def _trimmed(items: tuple[RawToken, ...]) -> tuple[RawToken, ...]:
     return items[:end]
 
 
-def _without_breaks(items: tuple[RawToken, ...]) -> tuple[RawToken, ...]:
+def _remove_commas(items: tuple[RawToken, ...]) -> tuple[RawToken, ...]:
     return tuple(item for item in items if item.text != ",")
 
 
-def _candidates(
+def _replacements(
     before: tuple[RawToken, ...], after: tuple[RawToken, ...], lexicon: Lexicon, tagger: Tagger
 ) -> Iterator[tuple[RawToken, ...]]:
     """Yield sentences in which the correction replaces a phrase of its own kind; the most likely one first."""
@@ -100,21 +101,21 @@ def _candidates(
     if not right or not left:
         return
     if right[0].tag == "VERB":
-        yield from _restarts(before, after, left, lexicon, tagger)
+        yield from _replace_clause(before, after, left, lexicon, tagger)
         return
-    kinds = _PLACE_START if right[0].tag in _PLACE_START else _THING_START
+    kinds = _PLACE_TAGS if right[0].tag in _PLACE_TAGS else _OBJECT_TAGS
     starts = [
         position
         for position, token in enumerate(left)
-        if token.tag in kinds and (kinds is _PLACE_START or position == 0 or left[position - 1].tag not in _THING_START)
+        if token.tag in kinds and (kinds is _PLACE_TAGS or position == 0 or left[position - 1].tag not in _OBJECT_TAGS)
     ]
-    starts.sort(key=lambda position: (_contrast(left, position, right), position), reverse=True)
+    starts.sort(key=lambda position: (_contrast_score(left, position, right), position), reverse=True)
     for position in starts:
         head = tuple(item for item in before if item.index < left[position].first)
-        yield from _with_tail(head, before, after, left, position, lexicon, tagger)
+        yield from _replace_phrase(head, before, after, left, position, lexicon, tagger)
 
 
-def _with_tail(
+def _replace_phrase(
     head: tuple[RawToken, ...],
     before: tuple[RawToken, ...],
     after: tuple[RawToken, ...],
@@ -125,35 +126,35 @@ def _with_tail(
 ) -> Iterator[tuple[RawToken, ...]]:
     """Yield the sentence with the phrase at `position` replaced; words after that phrase stay if they still fit."""
     end = position
-    while end < len(left) and left[end].tag in _THING_START | (_PLACE_START if end == position else frozenset()):
+    while end < len(left) and left[end].tag in _OBJECT_TAGS | (_PLACE_TAGS if end == position else frozenset()):
         end += 1
     tail = tuple(item for item in before if end < len(left) and item.index >= left[end].first)
     for attempt in ((*head, *after, *tail), (*head, *after)) if tail else ((*head, *after),):
-        if _sentence(attempt, lexicon, tagger):
+        if _is_sentence(attempt, lexicon, tagger):
             yield attempt
 
 
-def _restarts(
+def _replace_clause(
     before: tuple[RawToken, ...], after: tuple[RawToken, ...], left: list[Token], lexicon: Lexicon, tagger: Tagger
 ) -> Iterator[tuple[RawToken, ...]]:
     """Yield the sentence with its last clause said anew."""
     verbs = [token for token in left if token.tag == "VERB"]
     for verb in reversed(verbs):
         attempt = (*(item for item in before if item.index < verb.first), *after)
-        if _sentence(attempt, lexicon, tagger):
+        if _is_sentence(attempt, lexicon, tagger):
             yield attempt
 
 
-def _contrast(left: list[Token], position: int, right: list[Token]) -> int:
+def _contrast_score(left: list[Token], position: int, right: list[Token]) -> int:
     """Return how well a correction contrasts with a phrase: qualities of the same sort, or a noun for a noun."""
     score = 0
     phrase: list[Token] = []
     for token in left[position:]:
-        if token.tag not in _THING_START:
+        if token.tag not in _OBJECT_TAGS:
             break
         phrase.append(token)
     for new in right:
-        if new.tag not in _THING_START:
+        if new.tag not in _OBJECT_TAGS:
             break
         same = [old for old in phrase if old.tag == new.tag]
         if new.tag == "ADJECTIVE" and any(old.value == new.value for old in same):
@@ -163,7 +164,7 @@ def _contrast(left: list[Token], position: int, right: list[Token]) -> int:
     return score
 
 
-def _sentence(items: tuple[RawToken, ...], lexicon: Lexicon, tagger: Tagger) -> bool:
+def _is_sentence(items: tuple[RawToken, ...], lexicon: Lexicon, tagger: Tagger) -> bool:
     tokens = tagger.tag(remove_fillers(items, lexicon))
     if not tokens:
         return False
@@ -177,4 +178,4 @@ def _sentence(items: tuple[RawToken, ...], lexicon: Lexicon, tagger: Tagger) -> 
 def _is_clause(items: tuple[RawToken, ...], lexicon: Lexicon, tagger: Tagger) -> bool:
     """Whether words are a command by themselves, verb included."""
     tokens = tagger.tag(remove_fillers(items, lexicon))
-    return any(token.tag == "VERB" for token in tokens) and _sentence(items, lexicon, tagger)
+    return any(token.tag == "VERB" for token in tokens) and _is_sentence(items, lexicon, tagger)

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from uncom_common.exceptions import InvalidConfigError
@@ -10,6 +12,12 @@ from uncom_common.tunables import tunable
 
 FRAME_S = 0.03  # length of the frames that the voice activity detector judges [s]; WebRTC's takes 10, 20 or 30 ms
 VAD_MODES = (0, 1, 2, 3)  # of WebRTC's voice activity detector
+# Usable values, lowest and highest [s].
+ENDPOINTER_RANGES: Mapping[str, tuple[float, float]] = {
+    "pre_roll_s": (0.0, 2.0),
+    "hang_over_s": (0.1, 3.0),
+    "max_length_s": (2.0, math.inf),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,19 +40,16 @@ class EndpointerOptions:
     max_clock_drift_s: float = tunable(0.02, unit="s", meaning="a larger one moves the time of the stream")
 
     def __post_init__(self) -> None:
-        """Reject values that make no sense together.
+        """Refuse values that make no sense.
 
         Raises:
             InvalidConfigError: a value outside its range.
         """
-        if not 0.0 <= self.pre_roll_s <= 2.0:
-            raise InvalidConfigError("pre_roll_s", self.pre_roll_s, "must be 0 to 2 s")
-        if not 0.1 <= self.hang_over_s <= 3.0:
-            raise InvalidConfigError("hang_over_s", self.hang_over_s, "must be 0.1 to 3 s")
+        for name, (low, high) in ENDPOINTER_RANGES.items():
+            if not low <= getattr(self, name) <= high:
+                raise InvalidConfigError(name, getattr(self, name), f"must be {low:g} to {high:g} s")
         if not FRAME_S <= self.min_voiced_s <= self.onset_window_s:
             raise InvalidConfigError("min_voiced_s", self.min_voiced_s, "must be a frame to onset_window_s")
-        if self.max_length_s < 2.0:
-            raise InvalidConfigError("max_length_s", self.max_length_s, "must be at least 2 s")
         if self.vad_mode not in VAD_MODES:
             raise InvalidConfigError("vad_mode", self.vad_mode, "must be 0, 1, 2 or 3")
 

@@ -73,7 +73,7 @@ def _without_r(phones: list[str]) -> str:
     for index, phone in enumerate(phones):
         following = phones[index + 1] if index + 1 < len(phones) else ""
         closed = not following or following in _CONSONANTS
-        if phone == "ER" and closed and index > 0 and len(phones) > 2:
+        if phone == "ER" and closed and index > 0 and phones[2:]:
             made.append("AH")
         elif phone == "R" and closed and index > 0 and phones[index - 1] in ("AO", "AA", "EH", "IH", "UH", "AE"):
             if phones[index - 1] in ("EH", "IH", "UH"):
@@ -100,7 +100,7 @@ def pronounce(word: str) -> str:
         elif letter in _LONG and _silent_e(letters, position):
             phones.append(_LONG[letter])
             position += 1
-        elif letter == "e" and position == len(letters) - 1 and len(letters) > 3:
+        elif letter == "e" and position == len(letters) - 1 and letters[3:]:
             position += 1
         else:
             spelling, sound = next((rule for rule in _RULES if letters.startswith(rule[0], position)), (letter, "AH"))

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from uncom_common.full_models import load_pretrained, pick_device, require, weights_format
+from uncom_common.pretrained_models import load_pretrained, pick_device, require, weights_format
 
 from uncom_language.exceptions import RecognizerError
 from uncom_language.speech.audio.samples import SAMPLE_RATE, FloatArray, as_float, resample, to_int16

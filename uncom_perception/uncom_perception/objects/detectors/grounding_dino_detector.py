@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from uncom_common.camera import PinholeCamera
-from uncom_common.full_models import load_with_processor, pick_device, require
+from uncom_common.pretrained_models import load_with_processor, pick_device, require
 
 from uncom_perception.exceptions import TableNotFoundError
 from uncom_perception.exposure import exposure

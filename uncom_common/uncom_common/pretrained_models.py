@@ -10,8 +10,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from uncom_common.exceptions import InvalidConfigError, ModelNotFoundError, NotInstalledError
-
-_HUB_TIMEOUT_S = 5.0
+from uncom_common.options import WEIGHT_LOADING
 
 
 def require(module: str) -> Any:
@@ -71,7 +70,7 @@ def load_pretrained(kind: Any, name: str, **options: Any) -> Any:
     try:
         return kind.from_pretrained(name, local_files_only=True, **options)
     except _LOADING_ERRORS as error:
-        if folder or not _hub_answers():
+        if folder or not _is_hub_reachable():
             where = "the folder" if folder else "the cache, and the model hub cannot be reached"
             raise ModelNotFoundError(name, where, _first_line(error)) from error
     try:
@@ -84,14 +83,16 @@ _LOADING_ERRORS = (OSError, ValueError, RuntimeError, KeyError)
 
 
 def _first_line(error: Exception) -> str:
-    return str(error).strip().partition("\n")[0][:200]
+    return str(error).strip().partition("\n")[0][: WEIGHT_LOADING.max_error_characters]
 
 
-def _hub_answers() -> bool:
+def _is_hub_reachable() -> bool:
     """Whether the model hub can be reached at all; its own client tries for a minute."""
     address = urlsplit(require("huggingface_hub.constants").ENDPOINT)
     try:
-        with socket.create_connection((address.hostname or "", address.port or 443), timeout=_HUB_TIMEOUT_S):
+        with socket.create_connection(
+            (address.hostname or "", address.port or 443), timeout=WEIGHT_LOADING.hub_timeout_s
+        ):
             return True
     except OSError:
         return False

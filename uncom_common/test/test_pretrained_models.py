@@ -5,7 +5,7 @@ import socket
 
 import pytest
 from uncom_common.exceptions import ModelNotFoundError, NotInstalledError
-from uncom_common.full_models import load_pretrained, require
+from uncom_common.pretrained_models import load_pretrained, require
 
 
 class Cached:
