@@ -21,8 +21,8 @@ from uncom_perception.types import (
     Scene,
     TableSurface,
 )
-from uncom_reasoner.detector_phrases import CONTAINER, OBJECTS, phrases_of
-from uncom_reasoner.pointing.ray_fusion import observe
+from uncom_reasoner.detector_phrases import CONTAINER, OBJECTS, phrases_for
+from uncom_reasoner.pointing.ray_fusion import observe_rays
 from uncom_reasoner.types import Evidence, View
 
 TABLE_Z = 0.72
@@ -164,6 +164,6 @@ def command(obj: Reference | None, target: Reference | None = None, **kwargs) ->
 
 
 def evidence(cmd: Command, things: list[Thing], hands: list[HandsFrame] = (), view: View = VIEW, **kwargs) -> Evidence:
-    phrases = phrases_of(cmd)
-    rays = observe(list(hands), lambda _: POSE)
+    phrases = phrases_for(cmd)
+    rays = observe_rays(list(hands), lambda _: POSE)
     return Evidence(cmd, scene(things, phrases, **kwargs), phrases, view, rays)

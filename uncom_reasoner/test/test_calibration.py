@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from reasoner_scenes import Thing, command, evidence, reference
-from uncom_reasoner.calibration.calibration import Table, calibration_error, reliability, scene_without, table_of
+from uncom_reasoner.calibration.calibration import Table, build_table, calibration_error, reliability, scene_without
 from uncom_reasoner.calibration.fit_weights import accepted, fit, main, probabilities, read_tables, with_thresholds
 from uncom_reasoner.exceptions import InvalidWeightsError
 from uncom_reasoner.grounding.ground import ground
@@ -99,7 +99,7 @@ def test_thresholds_keep_wrong_choices_rare():
 def test_the_command_reads_takes_and_writes_weights_that_load(tmp_path):
     cmd = command(reference("lemon", 0, 1))
     g = ground(evidence(cmd, LEMONS)).grounded
-    rows = [table_of("object", g.object_candidates, "lemon_1").as_dict()] * 5
+    rows = [build_table("object", g.object_candidates, "lemon_1").as_dict()] * 5
     takes = tmp_path / "takes.jsonl"
     takes.write_text(json.dumps({"take": "s01", "notes": {"tables": rows}}) + "\n\n")
     assert [t.truth for t in read_tables([takes])] == ["lemon_1"] * 5

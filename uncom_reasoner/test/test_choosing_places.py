@@ -16,11 +16,11 @@ from uncom_common.primitive import Primitive
 from uncom_language.types import Relation
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.grounding.ground import ground
-from uncom_reasoner.posterior.context import context_of
-from uncom_reasoner.posterior.discourse_memory import Memory
-from uncom_reasoner.support.receptacle import opening_of
-from uncom_reasoner.support.support_plane import centre_of, footprint, surface_of
-from uncom_reasoner.support.voronoi_cells import occupancy_map
+from uncom_reasoner.posterior.context import build_context
+from uncom_reasoner.posterior.discourse_memory import DiscourseMemory
+from uncom_reasoner.support.receptacle import find_opening
+from uncom_reasoner.support.support_plane import build_surface, compute_footprint, find_centre
+from uncom_reasoner.support.voronoi_cells import build_occupancy_map
 from uncom_reasoner.types import Evidence, Status, TargetKind
 from uncom_reasoner.weights import load_weights
 
@@ -70,10 +70,10 @@ def outlines(decision, things, **kwargs):
     """The outlines of everything, with the moved thing where it is to go (both measured by the real code)."""
     cmd = to(Relation.NEXT_TO)
     e: Evidence = evidence(cmd, things, **kwargs)
-    context = context_of(e, load_weights(), PlacingConfig(), Memory())
+    context = build_context(e, load_weights(), PlacingConfig(), DiscourseMemory())
     shapes = dict(context.footprints)
     moved = shapes.pop("lemon_1")
-    goal = decision.grounded.target.pose[:2, 3] - centre_of(moved)
+    goal = decision.grounded.target.pose[:2, 3] - find_centre(moved)
     return shapely.transform(moved, lambda p: p + goal), shapes, context.surface
 
 
@@ -86,7 +86,7 @@ def test_a_relative_place_satisfies_its_relation_and_touches_nothing(things, rel
         return
     moved, shapes, surface = outlines(decision, things)
     box = shapes[next(t.id for t in things if t.kind == "box")]
-    x, y = centre_of(moved) - centre_of(box)
+    x, y = find_centre(moved) - find_centre(box)
     gap = moved.distance(box)
     assert {
         "left_of": y > abs(x), "right_of": -y > abs(x), "in_front_of": -x > abs(y), "behind": x > abs(y),
@@ -94,7 +94,7 @@ def test_a_relative_place_satisfies_its_relation_and_touches_nothing(things, rel
     }[relation]  # fmt: skip
     assert all(moved.distance(shape) >= 0.019 for shape in shapes.values())
     assert surface.polygon.buffer(-0.019).contains(moved)
-    assert min(np.hypot(*(centre_of(moved) - s)) for s in np.array([[0, 0.19], [0, -0.19]])) <= 0.851
+    assert min(np.hypot(*(find_centre(moved) - s)) for s in np.array([[0, 0.19], [0, -0.19]])) <= 0.851
 
 
 @SETTINGS
@@ -102,7 +102,7 @@ def test_a_relative_place_satisfies_its_relation_and_touches_nothing(things, rel
 def test_free_cells_hold_no_footprint_and_cells_fill_the_table(things):
     """M15, M16: no cell is unbounded, none outside, none free under a thing."""
     _, shapes, surface = outlines(place(here(), things, pointing((0.6, 0, TABLE_Z), (0.8, 0, 0.9), LATER)), things)
-    cells = occupancy_map(surface.polygon, shapes, 0.06, 0.02)
+    cells = build_occupancy_map(surface.polygon, shapes, 0.06, 0.02)
     polygons = [Polygon(c.polygon) for c in cells]
     assert all(p.is_valid and surface.polygon.buffer(1e-6).contains(p) for p in polygons)
     assert sum(p.area for p in polygons) == pytest.approx(surface.polygon.area, rel=1e-6)
@@ -114,7 +114,7 @@ def test_free_cells_hold_no_footprint_and_cells_fill_the_table(things):
 def test_cells_are_finer_near_things_and_the_same_every_time():
     shape = shapely.box(0.0, 0.0, 1.0, 0.5)
     thing = shapely.Point(0.5, 0.25).buffer(0.05)
-    first, again = (occupancy_map(shape, {"a": thing}, 0.06, 0.02) for _ in range(2))
+    first, again = (build_occupancy_map(shape, {"a": thing}, 0.06, 0.02) for _ in range(2))
     assert all(np.array_equal(a.polygon, b.polygon) for a, b in zip(first, again, strict=True))
     near = [Polygon(c.polygon).area for c in first if 0.06 < np.hypot(*(c.centre - [0.5, 0.25])) < 0.11]
     assert np.median(near) < np.median([Polygon(c.polygon).area for c in first])
@@ -262,9 +262,9 @@ def test_the_middle_of_an_opening_ignores_the_handle():
     handle = np.column_stack([rng.uniform(0.6, 0.61, 200), rng.uniform(0.08, 0.25, 200), np.full(200, 0.78)])
     cloud = np.vstack([bowl.geometry.cloud, handle]).astype(np.float32)
     pan = replace(bowl, geometry=replace(bowl.geometry, cloud=cloud))
-    surface = surface_of(thing, VIEW, PlacingConfig())
-    assert np.hypot(*(opening_of(pan, surface).centre - [0.6, 0.0])) < 0.015
-    assert centre_of(footprint(pan, surface))[1] > 0.03
+    surface = build_surface(thing, VIEW, PlacingConfig())
+    assert np.hypot(*(find_opening(pan, surface).centre - [0.6, 0.0])) < 0.015
+    assert find_centre(compute_footprint(pan, surface))[1] > 0.03
 
 
 def test_without_depth_places_are_found_in_the_picture():

@@ -19,10 +19,10 @@ from reasoner_scenes import (
 )
 from uncom_common.primitive import Primitive
 from uncom_language.types import Relation, Span
-from uncom_reasoner.detector_phrases import any_will_do, detector_phrase, phrases_of
+from uncom_reasoner.detector_phrases import detector_phrase, leaves_choice_open, phrases_for
 from uncom_reasoner.grounding.ground import ground
-from uncom_reasoner.pointing.ray_fusion import dwells_of, observe, phrase_ray
-from uncom_reasoner.posterior.discourse_memory import Memory
+from uncom_reasoner.pointing.ray_fusion import assign_dwells, observe_rays, segment_dwells
+from uncom_reasoner.posterior.discourse_memory import DiscourseMemory
 from uncom_reasoner.types import Status, View
 from uncom_reasoner.weights import load_weights
 
@@ -57,9 +57,9 @@ def test_two_alike_and_no_gesture_is_said_and_not_guessed():
 
 def test_any_of_two_alike_will_do_if_the_speaker_says_so():
     cmd = command(reference("lemon", 0, 1), text="take a lemon")
-    assert any_will_do(cmd.object, cmd)
+    assert leaves_choice_open(cmd.object, cmd)
     assert ground(evidence(cmd, LEMONS)).grounded.status is Status.GROUNDED
-    assert not any_will_do(cmd.object, command(reference("lemon", 0, 1), text="take the lemon"))
+    assert not leaves_choice_open(cmd.object, command(reference("lemon", 0, 1), text="take the lemon"))
 
 
 def test_what_is_not_there_is_not_replaced_by_something_else():
@@ -136,9 +136,9 @@ def test_a_late_or_early_gesture_still_belongs_to_its_word():
     weights = load_weights()
     for shift in (-0.4, 0.4):
         hands = at(LEMONS[0], times=np.arange(1.0, 1.5, 0.1) + shift)
-        dwells = dwells_of(observe(hands, lambda _: POSE), weights)
-        assert phrase_ray("object", Span(1.1, 1.4), dwells, weights).present
-        assert not phrase_ray("object", Span(5.0, 5.5), dwells, weights).present
+        dwells = segment_dwells(observe_rays(hands, lambda _: POSE), weights)
+        assert assign_dwells("object", Span(1.1, 1.4), dwells, weights).present
+        assert not assign_dwells("object", Span(5.0, 5.5), dwells, weights).present
 
 
 @pytest.mark.parametrize("step_m", [0.08, 0.12, 0.16])
@@ -153,11 +153,11 @@ def test_two_looks_that_a_slow_hand_joins_are_two(step_m):
         aim = (1 - share) * begin + share * end
         tip = begin + np.array([0.16, -0.03, 0.13]) + 0.3 * share * (end - begin)
         hands += pointing(tuple(aim), tuple(tip), np.array([stamp]), noise=0.02, rng=rng)
-    dwells = dwells_of(observe(hands, lambda _: POSE), weights)
+    dwells = segment_dwells(observe_rays(hands, lambda _: POSE), weights)
     first, second = Span(0.1, 0.6), Span(1.35, 1.8)
     rays = [
-        phrase_ray("object", first, dwells, weights, (second,)),
-        phrase_ray("target", second, dwells, weights, (first,)),
+        assign_dwells("object", first, dwells, weights, (second,)),
+        assign_dwells("target", second, dwells, weights, (first,)),
     ]
     for ray, aim in zip(rays, (begin, end), strict=True):
         space = max(ray.dwells, key=lambda entry: entry[1])[0].space
@@ -172,7 +172,7 @@ def test_a_wavering_hand_looks_at_one_thing(seed):
     for stamp in np.arange(0.0, 1.5, 0.125):
         sway = 0.012 * np.sin(2 * np.pi * 1.1 * stamp + seed)
         hands += pointing((0.6, 0.1 + sway, TABLE_Z), (0.8, 0.1, 0.9), np.array([stamp]), noise=0.02, rng=rng)
-    assert len(dwells_of(observe(hands, lambda _: POSE), load_weights())) == 1
+    assert len(segment_dwells(observe_rays(hands, lambda _: POSE), load_weights())) == 1
 
 
 def test_this_without_a_gesture_and_with_a_choice_is_asked_about():
@@ -246,7 +246,7 @@ def test_a_gesture_at_the_reference_does_not_pick_the_answer():
 
 def test_it_is_the_thing_that_was_moved_before():
     first = ground(evidence(command(reference("red bowl", 0, 1)), LEMONS)).grounded
-    memory = Memory("bowl", first.object, (first.object.geometry.centroid,))
+    memory = DiscourseMemory("bowl", first.object, (first.object.geometry.centroid,))
     it = reference("it", 0, 1, concrete=False, anaphoric=True)
     assert ground(evidence(command(it), LEMONS), memory=memory).grounded.object.id == "bowl_1"
     assert ground(evidence(command(it), LEMONS)).grounded.status is Status.FAILED
@@ -255,7 +255,7 @@ def test_it_is_the_thing_that_was_moved_before():
 def test_a_resolved_pronoun_does_not_look_back():
     """The parser marks a noun that "it" stood for; what was moved before must not win over the noun."""
     first = ground(evidence(command(reference("red bowl", 0, 1)), LEMONS)).grounded
-    memory = Memory("bowl", first.object, (first.object.geometry.centroid,))
+    memory = DiscourseMemory("bowl", first.object, (first.object.geometry.centroid,))
     noun = reference("blue bowl", 0, 1, anaphoric=True)
     assert ground(evidence(command(noun), LEMONS), memory=memory).grounded.object.id == "bowl_2"
 
@@ -271,6 +271,6 @@ def test_without_a_camera_pose_things_are_still_chosen():
 
 def test_places_and_sizes_are_not_asked_of_the_detector():
     cmd = command(reference("small left red mug", 0, 1), reference("one", 1, 2, concrete=False, other=True))
-    assert phrases_of(cmd) == ("red mug", "mug", "container", "objects")
+    assert phrases_for(cmd) == ("red mug", "mug", "container", "objects")
     assert detector_phrase(reference("this red thing", 0, 1, modifiers=("red",), deictic="this")) == "red object"
     assert VIEW.camera is not None

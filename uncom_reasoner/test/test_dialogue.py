@@ -14,12 +14,12 @@ from uncom_common.primitive import Primitive
 from uncom_language.types import Act, Command, Relation
 from uncom_perception.types import Attribute
 from uncom_reasoner.config import PlacingConfig
-from uncom_reasoner.detector_phrases import phrases_of
-from uncom_reasoner.dialogue.answers import choice_in
-from uncom_reasoner.dialogue.conversation import Again, Conversation, Turn
-from uncom_reasoner.dialogue.machine import Dialogue
+from uncom_reasoner.detector_phrases import phrases_for
+from uncom_reasoner.dialogue.answers import find_choice
+from uncom_reasoner.dialogue.conversation import AmendedCommand, Conversation, Turn
+from uncom_reasoner.dialogue.dialogue_state import Dialogue
 from uncom_reasoner.dialogue.types import Answer, End, Question, QuestionKind, Verdict
-from uncom_reasoner.pointing.ray_fusion import observe
+from uncom_reasoner.pointing.ray_fusion import observe_rays
 from uncom_reasoner.types import Status
 from uncom_reasoner.weights import load_weights
 
@@ -109,7 +109,7 @@ def test_reminders_do_not_go_on_for_ever():
 )  # fmt: skip
 def test_whole_words_name_one_choice_or_none(text, chosen):
     """M13, M17: parts of words name nothing."""
-    assert choice_in(text, WHICH) == chosen
+    assert find_choice(text, WHICH) == chosen
 
 
 @pytest.mark.parametrize(
@@ -118,7 +118,7 @@ def test_whole_words_name_one_choice_or_none(text, chosen):
 )
 def test_my_left_is_the_speakers(text, side):
     question = replace(WHICH, part="perspective", candidate_ids=("robot", "speaker"))
-    assert choice_in(text, question) == side
+    assert find_choice(text, question) == side
 
 
 def test_yes_to_one_thing_means_it_and_to_two_means_nothing():
@@ -152,12 +152,12 @@ def ask(talk: Conversation, things=MUGS, obj="mug", **kwargs) -> Turn:
     return talk.decide(coloured(evidence(cmd, things)), 10.0)
 
 
-def again(talk: Conversation, change: Again, hands=(), things=MUGS) -> Turn:
+def again(talk: Conversation, change: AmendedCommand, hands=(), things=MUGS) -> Turn:
     """Look again with the amended command's phrases, as the node does."""
     made = coloured(evidence(change.command, things))
-    assert made.phrases == phrases_of(change.command)
-    rays = observe(list(hands), lambda _: POSE)
-    return talk.decide(replace(made, given=change.given, rays=rays), 12.0, change.asked)
+    assert made.phrases == phrases_for(change.command)
+    rays = observe_rays(list(hands), lambda _: POSE)
+    return talk.decide(replace(made, given=change.given, rays=rays), 12.0, change.questions_asked)
 
 
 def test_two_that_fit_are_asked_about_by_what_tells_them_apart():
@@ -185,7 +185,7 @@ def test_an_answer_by_words_grounds_the_same_command():
     talk = conversation()
     turn = ask(talk)
     ending = talk.dialogue.heard(fragment("blue one"))
-    done = talk.end(ending, 11.0)
+    done = talk.conclude(ending, 11.0)
     assert isinstance(done, Turn)
     g = done.decisions[0].grounded
     assert (g.status, g.object.id, g.target.detection.id) == (Status.GROUNDED, "mug_2", "bowl_1")
@@ -196,19 +196,19 @@ def test_an_answer_by_pointing_grounds_it_without_a_word():
     talk = conversation()
     ask(talk)
     before = pointing((0.62, -0.2, TABLE_Z + 0.04), (0.8, -0.1, 0.95), np.arange(9.0, 10.0, 0.1))
-    assert talk.pointing_answer(observe(before, lambda _: POSE), 10.0, 11.5) is None  # the hand was there before
+    assert talk.pointing_answer(observe_rays(before, lambda _: POSE), 10.0, 11.5) is None  # the hand was there before
     hands = pointing((0.6, 0.25, TABLE_Z + 0.04), (0.8, 0.1, 0.95), np.arange(10.5, 11.5, 0.1))
-    ending = talk.pointing_answer(observe(hands, lambda _: POSE), 10.0, 11.5)
+    ending = talk.pointing_answer(observe_rays(hands, lambda _: POSE), 10.0, 11.5)
     assert ending.candidate_id == "mug_1"
-    assert talk.end(ending, 11.5).decisions[0].grounded.object.id == "mug_1"
+    assert talk.conclude(ending, 11.5).decisions[0].grounded.object.id == "mug_1"
 
 
 def test_this_one_with_a_gesture_is_looked_at_again_among_the_choices():
     talk = conversation()
     ask(talk)
     ending = talk.dialogue.heard(fragment("this one", start=11.0, deictic="this", head="one", modifiers=()))
-    change = talk.end(ending, 12.0)
-    assert isinstance(change, Again)
+    change = talk.conclude(ending, 12.0)
+    assert isinstance(change, AmendedCommand)
     hands = pointing((0.62, -0.2, TABLE_Z + 0.04), (0.8, -0.1, 0.95), np.arange(10.8, 11.8, 0.1))
     g = again(talk, change, hands).decisions[0].grounded
     assert (g.status, g.object.id) == (Status.GROUNDED, "mug_2")
@@ -221,7 +221,7 @@ def test_a_place_that_was_not_seen_is_shown_by_a_hand():
     turn = talk.decide(coloured(evidence(cmd, MUGS)), 10.0)
     assert turn.question.text == "I did not see where you pointed. Please point at it again."
     hands = pointing((0.55, 0.05, TABLE_Z), (0.7, 0.1, 0.9), np.arange(10.5, 11.5, 0.1))
-    change = talk.end(talk.pointing_answer(observe(hands, lambda _: POSE), 10.0, 11.5), 11.5)
+    change = talk.conclude(talk.pointing_answer(observe_rays(hands, lambda _: POSE), 10.0, 11.5), 11.5)
     g = again(talk, change, hands).decisions[0].grounded
     assert g.status is Status.GROUNDED
     assert np.hypot(*(g.target.pose[:2, 3] - [0.55, 0.05])) < 0.05
@@ -231,10 +231,10 @@ def test_no_to_the_only_guess_ends_in_a_refusal():
     talk = conversation()
     cmd = command(reference("tomato", 0.2, 1.0, deictic="this"), None, text="take this tomato")
     hands = pointing((0.6, 0.25, TABLE_Z + 0.04), (0.8, 0.1, 0.95), np.arange(0.2, 1.0, 0.1))
-    made = replace(coloured(evidence(cmd, MUGS)), rays=observe(hands, lambda _: POSE))
+    made = replace(coloured(evidence(cmd, MUGS)), rays=observe_rays(hands, lambda _: POSE))
     turn = talk.decide(made, 10.0)
     assert turn.question.text == "I do not see the tomato on the table. Do you mean the mug?"
-    turn = talk.end(talk.dialogue.heard(said(Act.NO, "no")), 11.0)
+    turn = talk.conclude(talk.dialogue.heard(said(Act.NO, "no")), 11.0)
     assert turn.decisions[0].grounded.status in (Status.FAILED, Status.AMBIGUOUS)
     assert "mug_1" not in (turn.question.candidate_ids if turn.question else ())
 
@@ -243,7 +243,7 @@ def test_a_time_out_leaves_everything_as_it_was():
     talk = conversation()
     ask(talk)
     memory = talk.memory
-    turn = talk.end(talk.dialogue.tick(1000.0), 1000.0)
+    turn = talk.conclude(talk.dialogue.tick(1000.0), 1000.0)
     assert turn.decisions[0].grounded.status is Status.CANCELLED
     assert talk.memory is memory
     assert talk.last is None
@@ -254,7 +254,7 @@ def test_a_time_out_leaves_everything_as_it_was():
 def test_no_stop_and_a_new_command_take_it_back(act):
     talk = conversation()
     ask(talk)
-    turn = talk.end(talk.dialogue.heard(said(act, "no")), 11.0)
+    turn = talk.conclude(talk.dialogue.heard(said(act, "no")), 11.0)
     assert turn.decisions[0].grounded.status is Status.CANCELLED
 
 
@@ -263,7 +263,7 @@ def test_questions_about_one_command_are_few():
     turn = ask(talk)
     asked = 1
     while turn.question is not None:
-        change = talk.end(talk.dialogue.heard(fragment("one", head="one", modifiers=())), 11.0)
+        change = talk.conclude(talk.dialogue.heard(fragment("one", head="one", modifiers=())), 11.0)
         turn = again(talk, change)
         asked += turn.question is not None
     assert asked <= 3
@@ -274,10 +274,10 @@ def test_object_and_target_are_asked_about_one_after_the_other():
     talk = conversation()
     turn = ask(talk, [*MUGS, Thing("bowl_2", "bowl", 0.55, 0.42, colour="green")])
     assert turn.question.part == "object"
-    turn = talk.end(talk.dialogue.answered(Answer(turn.question.id, Verdict.CHOICE, 0)), 11.0)
+    turn = talk.conclude(talk.dialogue.answered(Answer(turn.question.id, Verdict.CHOICE, 0)), 11.0)
     assert turn.question.part == "target"
     first = turn.question.candidate_ids[0]
-    turn = talk.end(talk.dialogue.answered(Answer(turn.question.id, Verdict.CHOICE, 0)), 12.0)
+    turn = talk.conclude(talk.dialogue.answered(Answer(turn.question.id, Verdict.CHOICE, 0)), 12.0)
     assert turn.decisions[0].grounded.target.detection.id == first
 
 

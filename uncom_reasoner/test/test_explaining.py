@@ -23,7 +23,7 @@ from uncom_reasoner.conversions import (
 from uncom_reasoner.exceptions import InvalidGroundingError, InvalidWeightsError
 from uncom_reasoner.explanation.annotated_image import GREEN, ORANGE, annotate, caption
 from uncom_reasoner.explanation.explanation import explain
-from uncom_reasoner.grounding.decision import failed
+from uncom_reasoner.grounding.decision import failed_command
 from uncom_reasoner.grounding.ground import ground
 from uncom_reasoner.grounding.phrasing import sentence
 from uncom_reasoner.types import Decision, Status, TargetKind, View
@@ -174,7 +174,7 @@ def test_an_area_is_drawn_where_it_is():
 def test_the_caption_is_object_action_target():
     cmd, hands = commands()["thing"]
     assert caption(ground(evidence(cmd, THINGS, hands))) == "this lemon - put - bowl"
-    assert caption(Decision(failed(command(None), "No."))) == "take: No."
+    assert caption(Decision(failed_command(command(None), "No."))) == "take: No."
 
 
 def test_a_grounded_command_survives_the_message(decided):
@@ -237,5 +237,5 @@ def test_weights_are_data_and_bad_ones_are_named(tmp_path):
 
 
 def test_a_failed_command_keeps_the_words():
-    grounded = failed(command(reference("lemon", 0, 1), reference("bowl", 1, 2)), "No camera.")
+    grounded = failed_command(command(reference("lemon", 0, 1), reference("bowl", 1, 2)), "No camera.")
     assert (grounded.status, grounded.object_text, grounded.target_text) == (Status.FAILED, "lemon", "bowl")

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from reasoner_scenes import POSE, TABLE_Z, command, pointing, reference
 from uncom_reasoner.evidence.frame_buffer import StampedBuffer, choose_scene_frame
 from uncom_reasoner.evidence.gesture_timing import gestures_complete, words_span
-from uncom_reasoner.pointing.ray_fusion import observe
+from uncom_reasoner.pointing.ray_fusion import observe_rays
 from uncom_reasoner.session.task import GroundingTask
 from uncom_reasoner.weights import load_weights
 
@@ -86,7 +86,7 @@ def test_a_pointing_word_waits_for_its_gesture_and_no_longer_than_that():
     here = reference("here", 2.0, 2.4, concrete=False, deictic="here")
     pointed = command(reference("lemon", 1.0, 1.4), here)
     weights = load_weights()
-    rays = observe(pointing((0.6, 0.1, TABLE_Z), (0.8, 0.1, 0.9), np.arange(1.9, 2.6, 0.1)), lambda _: POSE)
+    rays = observe_rays(pointing((0.6, 0.1, TABLE_Z), (0.8, 0.1, 0.9), np.arange(1.9, 2.6, 0.1)), lambda _: POSE)
     assert gestures_complete(pointed, rays, 2.66, 0.6, weights)
     assert not gestures_complete(pointed, (), 2.66, 0.6, weights)
     assert gestures_complete(pointed, (), 3.0, 0.6, weights)
@@ -99,6 +99,6 @@ def test_the_look_at_the_object_is_not_taken_for_here_while_the_hand_is_on_its_w
     weights = load_weights()
     lemon = pointing((0.6, 0.3, TABLE_Z), (0.8, 0.3, 0.9), np.arange(1.0, 1.9, 0.1))
     place = pointing((0.6, -0.1, TABLE_Z), (0.8, 0.0, 0.9), np.arange(2.3, 3.1, 0.1))
-    seen = [observe([h for h in lemon + place if h.stamp_s <= t], lambda _: POSE) for t in (2.3, 2.7)]
+    seen = [observe_rays([h for h in lemon + place if h.stamp_s <= t], lambda _: POSE) for t in (2.3, 2.7)]
     assert not gestures_complete(pointed, seen[0], 2.66, 0.6, weights)
     assert gestures_complete(pointed, seen[1], 2.75, 0.6, weights)

@@ -14,7 +14,7 @@ from uncom_reasoner.config import PlacingConfig, ReasonerConfig
 from uncom_reasoner.dialogue.conversation import Conversation
 from uncom_reasoner.evidence.sensor_memory import SensorMemory
 from uncom_reasoner.grounding.ground import ground
-from uncom_reasoner.pointing.ray_fusion import observe
+from uncom_reasoner.pointing.ray_fusion import observe_rays
 from uncom_reasoner.types import Status, TargetKind, View
 from uncom_reasoner.weights import load_weights
 
@@ -138,7 +138,7 @@ def test_r10_without_depth_things_and_places_are_still_found():
     table = replace(made.scene.table, polygon=np.zeros((0, 3)))
     made = replace(
         made, scene=replace(made.scene, detections=flat, table=table, frame_id="camera"), view=View(CAMERA, np.eye(4)),
-        rays=observe(pointing((0.55, 0.05, TABLE_Z), (0.7, 0.1, 0.9), LATER, metric=False), lambda _: None),
+        rays=observe_rays(pointing((0.55, 0.05, TABLE_Z), (0.7, 0.1, 0.9), LATER, metric=False), lambda _: None),
     )  # fmt: skip
     g = ground(made).grounded
     assert g.object.id == "lemon_1"

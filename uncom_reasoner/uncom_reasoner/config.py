@@ -1,104 +1,89 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What can be set: the parameters of the reasoner node, and those of grounding itself."""
+"""What can be set: the parameters of the reasoner node, and among them those of grounding itself.
+
+How long a pointing counts that comes late is `late_pointing_s`: hands are waited for so long after the last word (see
+evidence/gesture_timing.py); within that time it loses weight as the weights `early_s` and `late_s` say
+(config/weights.yaml, pointing/ray_fusion.py).
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from uncom_common.exceptions import InvalidConfigError
+from uncom_common.parameters import check_parameters, parameter
 
 PERSPECTIVES = ("robot", "speaker")
+POSITIVE = (
+    "buffer_s",
+    "buffer_hz",
+    "hands_keep_s",
+    "wait_timeout_s",
+    "detect_timeout_s",
+    "question_timeout_s",
+    "approval_timeout_s",
+)  # parameters of the reasoner node that must be greater than zero
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class PlacingConfig:
-    """How places are chosen [m]."""
+    """How places are chosen."""
 
-    clearance_m: float = 0.02
-    edge_margin_m: float = 0.02
-    cell_m: float = 0.06
-    reach_max_m: float = 0.85
-    reach_min_m: float = 0.25
-    shoulder_y_m: float = 0.19
-    base_frame: str = "base_footprint"
-    perspective: str = "robot"
-    perspective_prior: float = 0.9
+    base_frame: str = parameter("base_footprint", "frame of grounded commands")
+    perspective: str = parameter("robot", "whose left and right: robot or speaker", choices=PERSPECTIVES)
+    perspective_prior: float = parameter(
+        0.9, "how likely that is meant, 0 to 1; near 0.5: asks where sides differ", minimum=0.0, maximum=1.0
+    )
+    clearance_m: float = parameter(0.02, "gap kept to other things [m]")
+    edge_margin_m: float = parameter(0.02, "gap kept to the table's edge [m]")
+    cell_m: float = parameter(0.06, "size of Voronoi cells [m]", minimum=0.02, maximum=0.3)
+    reach_max_m: float = parameter(0.85, "farthest place from a shoulder, level [m]")
+    reach_min_m: float = parameter(0.25, "nearest place to a shoulder, level [m]", minimum=0.0)
 
     def __post_init__(self) -> None:
-        """Reject unusable values."""
-        if self.perspective not in PERSPECTIVES:
-            raise InvalidConfigError("perspective", self.perspective, f"choose {' or '.join(PERSPECTIVES)}")
-        if not 0.0 <= self.perspective_prior <= 1.0:
-            raise InvalidConfigError("perspective_prior", self.perspective_prior, "use a probability from 0 to 1")
-        if not 0.02 <= self.cell_m <= 0.3:
-            raise InvalidConfigError("cell_m", self.cell_m, "use a size between 0.02 and 0.3 m")
-        if not 0.0 <= self.reach_min_m < self.reach_max_m:
+        """Refuse unusable values.
+
+        Raises:
+            InvalidConfigError: one is; the text names the usable ones.
+        """
+        check_parameters(self)
+        if not self.reach_min_m < self.reach_max_m:
             raise InvalidConfigError("reach_max_m", self.reach_max_m, "must be greater than reach_min_m")
 
     def prior_of(self, side: str) -> float:
-        """Return how likely left and right are meant from a side."""
+        """Return how likely left and right are meant from a side (of PERSPECTIVES)."""
         return self.perspective_prior if side == self.perspective else 1.0 - self.perspective_prior
 
 
 @dataclass(frozen=True)
-class ReasonerConfig:
+class ReasonerConfig(PlacingConfig):
     """Parameters of reasoner_node."""
 
-    base_frame: str = field(default="base_footprint", metadata={"description": "frame of grounded commands"})
-    weights_file: str = field(default="", metadata={"description": "YAML of the posterior's weights; empty: shipped"})
-    perspective: str = field(default="robot", metadata={"description": "whose left and right: robot or speaker"})
-    perspective_prior: float = field(
-        default=0.9, metadata={"description": "how likely that is meant, 0 to 1; near 0.5: asks where sides differ"}
+    weights_file: str = parameter("", "YAML of the posterior's weights; empty: shipped")
+    reliable_images: bool = parameter(default=True, description="reliable image subscriptions; else best effort")
+    use_depth: bool = parameter(default=True, description="use depth_registered images when they come")
+    buffer_s: float = parameter(10.0, "how long images are kept [s]")
+    buffer_hz: float = parameter(8.0, "most images kept a second [1/s]")
+    hands_keep_s: float = parameter(20.0, "how long hands are kept [s]")
+    late_pointing_s: float = parameter(0.6, "wait for hands after the last word [s]")
+    wait_timeout_s: float = parameter(2.0, "longest wait for hands and images [s]")
+    behind_s: float = parameter(0.3, "hands known up to so long before the last word: time to look [s]")
+    detect_timeout_s: float = parameter(15.0, "longest wait for the detector, wall time [s]")
+    hand_free_before_s: float = parameter(0.4, "no hand this long before a scene frame [s]")
+    hand_free_after_s: float = parameter(0.8, "no hand this long after a scene frame [s]")
+    look_ahead: bool = parameter(
+        default=False, description="detect things while the person still speaks, to answer sooner"
     )
-    reliable_images: bool = field(
-        default=True, metadata={"description": "reliable image subscriptions; else best effort"}
-    )
-    use_depth: bool = field(default=True, metadata={"description": "use depth_registered images when they come"})
-    buffer_s: float = field(default=10.0, metadata={"description": "how long images are kept [s]"})
-    buffer_hz: float = field(default=8.0, metadata={"description": "most images kept a second [1/s]"})
-    hands_keep_s: float = field(default=20.0, metadata={"description": "how long hands are kept [s]"})
-    late_pointing_s: float = field(default=0.6, metadata={"description": "wait for hands after the last word [s]"})
-    wait_timeout_s: float = field(default=2.0, metadata={"description": "longest wait for hands and images [s]"})
-    behind_s: float = field(
-        default=0.3, metadata={"description": "hands known up to so long before the last word: time to look [s]"}
-    )
-    detect_timeout_s: float = field(
-        default=15.0, metadata={"description": "longest wait for the detector, wall time [s]"}
-    )
-    hand_free_before_s: float = field(
-        default=0.4, metadata={"description": "no hand this long before a scene frame [s]"}
-    )
-    hand_free_after_s: float = field(default=0.8, metadata={"description": "no hand this long after a scene frame [s]"})
-    look_ahead: bool = field(
-        default=False, metadata={"description": "detect things while the person still speaks, to answer sooner"}
-    )
-    question_timeout_s: float = field(default=15.0, metadata={"description": "how long a question stays open [s]"})
-    approval_timeout_s: float = field(
-        default=60.0, metadata={"description": "how long a question whether to move stays open here [s]"}
-    )
-    clearance_m: float = field(default=0.02, metadata={"description": "gap kept to other things [m]"})
-    edge_margin_m: float = field(default=0.02, metadata={"description": "gap kept to the table's edge [m]"})
-    cell_m: float = field(default=0.06, metadata={"description": "size of Voronoi cells [m]"})
-    reach_max_m: float = field(default=0.85, metadata={"description": "farthest place from a shoulder, level [m]"})
-    reach_min_m: float = field(default=0.25, metadata={"description": "nearest place to a shoulder, level [m]"})
+    question_timeout_s: float = parameter(15.0, "how long a question stays open [s]")
+    approval_timeout_s: float = parameter(60.0, "how long a question whether to move stays open here [s]")
 
     def __post_init__(self) -> None:
-        """Reject unusable values."""
-        for name in ("buffer_s", "buffer_hz", "hands_keep_s", "wait_timeout_s", "detect_timeout_s",
-                     "question_timeout_s", "approval_timeout_s"):  # fmt: skip
+        """Refuse unusable values.
+
+        Raises:
+            InvalidConfigError: one is; the text names the usable ones.
+        """
+        super().__post_init__()
+        for name in POSITIVE:
             if getattr(self, name) <= 0.0:
                 raise InvalidConfigError(name, getattr(self, name), "must be positive")
-        self.placing()
-
-    def placing(self) -> PlacingConfig:
-        """Return the part that placing needs."""
-        return PlacingConfig(
-            clearance_m=self.clearance_m,
-            edge_margin_m=self.edge_margin_m,
-            cell_m=self.cell_m,
-            reach_max_m=self.reach_max_m,
-            reach_min_m=self.reach_min_m,
-            base_frame=self.base_frame,
-            perspective=self.perspective,
-            perspective_prior=self.perspective_prior,
-        )

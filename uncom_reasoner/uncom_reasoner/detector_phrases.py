@@ -28,25 +28,58 @@ GENERIC_NOUNS = (
 GENERIC_HEADS = frozenset((*GENERIC_NOUNS, "this", "that", "these", "those", "it", "them", "here", "there"))
 TABLE_HEADS = frozenset(["table", "desk", "tabletop", "counter", "countertop", "surface", "worktop"])
 PLACE_HEADS = frozenset(["here", "there", "place", "spot", "area", "space", "position", "location"])
-PARTS = {"top": Relation.ON, "surface": Relation.ON, "inside": Relation.IN}
-SUBSTITUTES = frozenset(("one", "ones"))
+PART_RELATIONS = {"top": Relation.ON, "surface": Relation.ON, "inside": Relation.IN}
+SUBSTITUTE_HEADS = frozenset(("one", "ones"))
 # words that compare things of a kind; the value says which way to sort
 POSITION_WORDS = {
-    "left": "left", "leftmost": "left", "right": "right", "rightmost": "right", "far": "far",
-    "front": "near", "frontmost": "near", "nearest": "near", "closest": "near", "closer": "near", "nearer": "near",
-    "back": "far", "rear": "far", "farthest": "far", "furthest": "far", "farther": "far", "further": "far",
-    "middle": "middle", "center": "middle", "centre": "middle", "central": "middle",
-}  # fmt: skip
+    "left": "left",
+    "leftmost": "left",
+    "right": "right",
+    "rightmost": "right",
+    "far": "far",
+    "front": "near",
+    "frontmost": "near",
+    "nearest": "near",
+    "closest": "near",
+    "closer": "near",
+    "nearer": "near",
+    "back": "far",
+    "rear": "far",
+    "farthest": "far",
+    "furthest": "far",
+    "farther": "far",
+    "further": "far",
+    "middle": "middle",
+    "center": "middle",
+    "centre": "middle",
+    "central": "middle",
+}
 SIZE_WORDS = {
-    "big": "large", "bigger": "large", "biggest": "large", "large": "large", "larger": "large", "largest": "large",
-    "small": "small", "smaller": "small", "smallest": "small", "little": "small", "tiny": "small",
-    "tall": "tall", "taller": "tall", "tallest": "tall", "short": "low", "shorter": "low", "shortest": "low",
-    "long": "long", "longer": "long", "longest": "long",
-}  # fmt: skip
+    "big": "large",
+    "bigger": "large",
+    "biggest": "large",
+    "large": "large",
+    "larger": "large",
+    "largest": "large",
+    "small": "small",
+    "smaller": "small",
+    "smallest": "small",
+    "little": "small",
+    "tiny": "small",
+    "tall": "tall",
+    "taller": "tall",
+    "tallest": "tall",
+    "short": "low",
+    "shorter": "low",
+    "shortest": "low",
+    "long": "long",
+    "longer": "long",
+    "longest": "long",
+}
 
 
-SIDES = (Relation.LEFT_OF, Relation.RIGHT_OF, Relation.IN_FRONT_OF, Relation.BEHIND)
-SIDE_WORDS = frozenset(("left", "right", "near", "far"))
+SIDE_RELATIONS = (Relation.LEFT_OF, Relation.RIGHT_OF, Relation.IN_FRONT_OF, Relation.BEHIND)
+SIDE_AXES = frozenset(("left", "right", "near", "far"))
 
 
 def is_bare(reference: Reference) -> bool:
@@ -71,7 +104,7 @@ def is_unspecific(reference: Reference) -> bool:
     return is_bare(reference) and not any(said) and not reference.other
 
 
-def goes_back(command: Command) -> bool:
+def asks_to_return(command: Command) -> bool:
     """Whether the thing is to go back to where it was before ("put it back", "return the lemon")."""
     words = (*command.action_text.lower().split(), *(command.target.text.lower().split() if command.target else ()))
     return command.target is None and ("back" in words or "return" in words)
@@ -94,7 +127,7 @@ def detector_phrase(reference: Reference, antecedent: str = "") -> str:
     """
     kept = [m for m in reference.modifiers if m.lower() not in POSITION_WORDS and m.lower() not in SIZE_WORDS]
     head = reference.head.lower()
-    if head in SUBSTITUTES and antecedent:
+    if head in SUBSTITUTE_HEADS and antecedent:
         return " ".join([*kept, antecedent])
     if is_bare(reference) or is_place_word(reference) or is_table(reference):
         return " ".join([*kept, "object"]) if kept and not is_place_word(reference) else OBJECTS
@@ -104,47 +137,47 @@ def detector_phrase(reference: Reference, antecedent: str = "") -> str:
     return " ".join(words) or head
 
 
-def comparisons(reference: Reference) -> tuple[str, ...]:
+def comparison_axes(reference: Reference) -> tuple[str, ...]:
     """Return the ways in which the wanted thing stands out among its kind: left, right, near, far, middle, ..."""
     words = [m.lower() for m in reference.modifiers]
     return tuple((POSITION_WORDS | SIZE_WORDS)[w] for w in words if w in POSITION_WORDS or w in SIZE_WORDS)
 
 
-def along_of(reference: Reference) -> str:
+def ordinal_axis(reference: Reference) -> str:
     """Return what an ordinal counts along: its side, a superlative ("the second biggest"), else from the left."""
     if reference.ordinal_side:
         return POSITION_WORDS.get(reference.ordinal_side, "left")
-    return next(iter(comparisons(reference)), "left")
+    return next(iter(comparison_axes(reference)), "left")
 
 
-def is_one_sided(command: Command) -> bool:
+def depends_on_perspective(command: Command) -> bool:
     """Whether something in a command hangs on whose left and right, or front and back, is meant."""
-    if command.relation in SIDES and not (command.target is not None and is_table(command.target)):
+    if command.relation in SIDE_RELATIONS and not (command.target is not None and is_table(command.target)):
         return True
-    for reference in references_of(command):
-        words = {*comparisons(reference), *(m.lower() for m in reference.modifiers)}
-        along = along_of(reference) if reference.ordinal else ""
-        if words & SIDE_WORDS or along in SIDE_WORDS or reference.anchor_relation in {r.value for r in SIDES}:
+    for reference in iterate_references(command):
+        words = {*comparison_axes(reference), *(m.lower() for m in reference.modifiers)}
+        along = ordinal_axis(reference) if reference.ordinal else ""
+        if words & SIDE_AXES or along in SIDE_AXES or reference.anchor_relation in {r.value for r in SIDE_RELATIONS}:
             return True
     return False
 
 
-def without_parts(command: Command) -> Command:
+def replace_parts(command: Command) -> Command:
     """Return a command in which "the top of the box" is the box: parts of things are no things of their own."""
     target = command.target
-    if target is None or target.anchor is None or target.head.lower() not in PARTS:
+    if target is None or target.anchor is None or target.head.lower() not in PART_RELATIONS:
         return command
     whole = replace(target.anchor, span=target.span)
-    return replace(command, target=whole, relation=PARTS[target.head.lower()])
+    return replace(command, target=whole, relation=PART_RELATIONS[target.head.lower()])
 
 
-def antecedent_of(command: Command, remembered: str = "") -> str:
+def resolve_antecedent(command: Command, remembered: str = "") -> str:
     """Return the noun that "one" stands for in a command: that of its object, else the remembered one."""
     thing = command.object
     return thing.head.lower() if thing is not None and not is_bare(thing) else remembered
 
 
-def references_of(command: Command) -> Iterator[Reference]:
+def iterate_references(command: Command) -> Iterator[Reference]:
     """Yield all references of a command, the nested ones too."""
     pending = [command.object, command.target, command.reference2]
     while pending:
@@ -154,15 +187,15 @@ def references_of(command: Command) -> Iterator[Reference]:
             pending += [reference.anchor, reference.compared_to]
 
 
-def phrases_of(command: Command, remembered: str = "") -> tuple[str, ...]:
+def phrases_for(command: Command, remembered: str = "") -> tuple[str, ...]:
     """Return every phrase that grounding a command needs scores for, without repetition."""
-    antecedent = antecedent_of(command, remembered)
-    named = [detector_phrase(reference, antecedent) for reference in references_of(command)]
-    excluded = [word.lower() for reference in references_of(command) for word in reference.excluded_modifiers]
+    antecedent = resolve_antecedent(command, remembered)
+    named = [detector_phrase(reference, antecedent) for reference in iterate_references(command)]
+    excluded = [word.lower() for reference in iterate_references(command) for word in reference.excluded_modifiers]
     return tuple(dict.fromkeys([*named, *excluded, CONTAINER, OBJECTS]))
 
 
-def any_will_do(reference: Reference, command: Command) -> bool:
+def leaves_choice_open(reference: Reference, command: Command) -> bool:
     """Whether the speaker left the choice open ("a banana", "any apple"): every such thing is right."""
     if reference.deictic or reference.anchor is not None or reference.other:
         return False

@@ -262,7 +262,7 @@ class Counterfactual:
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class Interpretation:
     """One way to take left and right: whose, its prior, its probability, and what would be done."""
 
     perspective: str
@@ -295,6 +295,6 @@ class Decision:
     second: Choice | None = None  # the other thing of "between A and B"
     rules: Mapping[str, Rule] = field(default_factory=dict)  # of the parts that were settled
     perspective: str = ""  # the side that left and right were taken from; "" where nothing hangs on it
-    readings: tuple[Reading, ...] = ()
+    interpretations: tuple[Interpretation, ...] = ()
     place: FloatArray | None = None  # (2,) where the moved thing's centre goes, plane coordinates
     group: tuple[Candidate, ...] = ()  # what was weighed for a reference to several things

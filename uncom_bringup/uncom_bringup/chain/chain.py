@@ -81,14 +81,16 @@ class Chain:
             track=detection.track_objects,
         )
         self._weights: Weights = load_weights(self.config.reasoner.weights_file)
-        self._placing = self.config.reasoner.placing()
 
     @property
     def backends(self) -> tuple[str, ...]:
         """Name of every back end, in the order of the stages."""
         return (
-            self._recognizer.backend, self._understanding.backend, self.config.gesture.backend, self._detector.name,
-        )  # fmt: skip
+            self._recognizer.backend,
+            self._understanding.backend,
+            self.config.gesture.backend,
+            self._detector.name,
+        )
 
     def hear(self, recording: Recording) -> Heard:
         """Return what is said, an utterance each, and when that makes the eyes attentive."""
@@ -127,7 +129,7 @@ class Chain:
 
     def conversation(self) -> Conversation:
         """Return a conversation without a past."""
-        return Conversation(self._weights, self._placing, self.config.reasoner.question_timeout_s)
+        return Conversation(self._weights, self.config.reasoner, self.config.reasoner.question_timeout_s)
 
     def decide(self, evidence: Evidence) -> Decision:
         """Ground one command that follows no other; of a group the first thing."""

@@ -40,7 +40,7 @@ class Table:
         return cls(str(data["part"]), rows, str(data["truth"]))
 
 
-def table_of(part: str, candidates: Sequence[Candidate], truth: str) -> Table:
+def build_table(part: str, candidates: Sequence[Candidate], truth: str) -> Table:
     """Keep what was weighed for a part; a truth that is no candidate counts as none."""
     rows = tuple((c.id, {factor.name: factor.log for factor in c.factors}) for c in candidates)
     return Table(part, rows, truth if truth in {name for name, _ in rows} else NONE)

@@ -32,9 +32,16 @@ logger = logging.getLogger(__name__)
 
 # which weight multiplies which factor
 FACTORS = {
-    "words": "phrase", "ray": "ray", "relation": "relation", "compared": "position", "excluded": "position",
-    "likeness": "position", "discourse": "discourse", "plausible": "plausible", "rival": "rival",
-}  # fmt: skip
+    "words": "phrase",
+    "ray": "ray",
+    "relation": "relation",
+    "compared": "position",
+    "excluded": "position",
+    "likeness": "position",
+    "discourse": "discourse",
+    "plausible": "plausible",
+    "rival": "rival",
+}
 FITTED = tuple(dict.fromkeys(FACTORS.values()))
 PRIOR_SPREAD = 0.2  # of the logarithm of a multiplier around 1: few takes move it little
 NONE_SPREAD = 1.0

@@ -8,12 +8,41 @@ import re
 from uncom_reasoner.dialogue.types import Question
 
 NUMBER_WORDS = {
-    "first": 0, "second": 1, "third": 2, "fourth": 3, "former": 0, "latter": -1, "last": -1,
-}  # fmt: skip
+    "first": 0,
+    "second": 1,
+    "third": 2,
+    "fourth": 3,
+    "former": 0,
+    "latter": -1,
+    "last": -1,
+}
 EMPTY = frozenset(
-    ("the", "a", "an", "one", "ones", "this", "that", "it", "is", "as", "of", "to", "or", "and", "please", "mean", "on",
-     "in", "at", "from", "next", "thing", "object")
-)  # fmt: skip
+    (
+        "the",
+        "a",
+        "an",
+        "one",
+        "ones",
+        "this",
+        "that",
+        "it",
+        "is",
+        "as",
+        "of",
+        "to",
+        "or",
+        "and",
+        "please",
+        "mean",
+        "on",
+        "in",
+        "at",
+        "from",
+        "next",
+        "thing",
+        "object",
+    )
+)
 # The person's "my" is the speaker's side, whatever the robot calls it.
 SIDES = {
     "speaker": frozenset(("i", "my", "mine", "me")),
@@ -22,18 +51,18 @@ SIDES = {
 NEGATIONS = frozenset(("not", "no", "neither", "except", "without", "isn't"))
 
 
-def choice_in(text: str, question: Question) -> str:
+def find_choice(text: str, question: Question) -> str:
     """Return the id of the one candidate that a text names; "" if it names none or several, or says what is not meant.
 
     Whole words count: "there" in a text does not name "the other".
     """
-    said = words_of(text)
+    said = split_words(text)
     if question.part == "perspective":
         named = [side for side in question.candidate_ids if said & SIDES.get(side, frozenset())]
         return named[0] if len(named) == 1 else ""
     if said & NEGATIONS:
         return ""
-    choices = [words_of(choice) - EMPTY for choice in question.choices]
+    choices = [split_words(choice) - EMPTY for choice in question.choices]
     named = []
     for i, mine in enumerate(choices):
         others = frozenset().union(*(other for j, other in enumerate(choices) if j != i))
@@ -48,6 +77,6 @@ def choice_in(text: str, question: Question) -> str:
     return ""
 
 
-def words_of(text: str) -> frozenset[str]:
+def split_words(text: str) -> frozenset[str]:
     """Return the words of a text, in lower case."""
     return frozenset(re.findall(r"[a-z0-9']+", text.lower()))

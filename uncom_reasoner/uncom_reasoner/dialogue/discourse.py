@@ -8,11 +8,11 @@ from dataclasses import replace
 from uncom_common.primitive import Primitive
 from uncom_language.types import Act, Command, Reference, Relation
 
-from uncom_reasoner.detector_phrases import SUBSTITUTES, is_bare, is_place_word, is_table
+from uncom_reasoner.detector_phrases import SUBSTITUTE_HEADS, is_bare, is_place_word, is_table
 from uncom_reasoner.types import Decision, Given, TargetKind
 
 
-def amended(last: Command, said: Command, part: str = "") -> Command:
+def amend_command(last: Command, said: Command, part: str = "") -> Command:
     """Return the last command with what was said now in the place of what it amends.
 
     Args:
@@ -27,7 +27,7 @@ def amended(last: Command, said: Command, part: str = "") -> Command:
         changed = _with_target(changed, said)
     if said.object is None:
         return changed
-    where = part or ("object" if said.target is not None else part_of(last, said.object))
+    where = part or ("object" if said.target is not None else find_amended_part(last, said.object))
     if where == "target":
         return replace(changed, target=_refined(last.target, said.object))
     if where == "reference2":
@@ -35,7 +35,7 @@ def amended(last: Command, said: Command, part: str = "") -> Command:
     return replace(changed, object=_refined(last.object, said.object))
 
 
-def part_of(last: Command, said: Reference) -> str:
+def find_amended_part(last: Command, said: Reference) -> str:
     """Return which part of a command a thing amends: the one whose noun it repeats, else the object."""
     if is_place_word(said) or is_table(said):
         return "target"
@@ -50,7 +50,7 @@ def part_of(last: Command, said: Reference) -> str:
 
 def _refined(old: Reference | None, new: Reference) -> Reference:
     """Return the new words; "the green one" is a thing of the old kind, "this" is whatever is pointed at."""
-    if old is None or is_bare(old) or not (new.head.lower() in SUBSTITUTES or (is_bare(new) and new.modifiers)):
+    if old is None or is_bare(old) or not (new.head.lower() in SUBSTITUTE_HEADS or (is_bare(new) and new.modifiers)):
         return new if old is None or new.deictic or not is_bare(new) or new.modifiers else replace(old, span=new.span)
     text = " ".join([*(m for m in new.modifiers), old.head])
     return replace(new, text=text, head=old.head, concrete=old.concrete, quantity=old.quantity)
@@ -76,7 +76,7 @@ def _with_target(command: Command, said: Command) -> Command:
     )
 
 
-def given_after(decision: Decision | None, said: Command, changed: Command, last: Command) -> Given:
+def given_after_correction(decision: Decision | None, said: Command, changed: Command, last: Command) -> Given:
     """Return what stays settled when a command that was decided is corrected.
 
     The part that is not spoken of stays what it was; a thing that is corrected is not the one it was; "a bit to the

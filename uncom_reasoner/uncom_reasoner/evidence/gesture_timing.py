@@ -13,7 +13,7 @@ from uncom_language.types import Command, Reference, Span
 
 from uncom_reasoner.detector_phrases import is_bare, is_place_word
 from uncom_reasoner.evidence.options import GESTURE_TIMING, GestureTimingOptions
-from uncom_reasoner.pointing.ray_fusion import dwells_of, phrase_ray, phrase_span
+from uncom_reasoner.pointing.ray_fusion import assign_dwells, phrase_span, segment_dwells
 from uncom_reasoner.types import RayObservation
 from uncom_reasoner.weights import Weights
 
@@ -73,12 +73,12 @@ def gestures_complete(
         return latest_s >= end_s - options.named_lead_s
     if latest_s < end_s + min(options.settling_s, late_s):
         return False
-    dwells = dwells_of(rays, weights)
+    dwells = segment_dwells(rays, weights)
     spans = {name: phrase_span(r) for name, r in _parts(command).items()}
     for name in deictic:
         span = spans[name]
         other_spans = [other for key, other in spans.items() if key != name and other != span]
-        ray = phrase_ray(name, span, dwells, weights, other_spans)
+        ray = assign_dwells(name, span, dwells, weights, other_spans)
         # A dwell that was over before the word began may be about the words before; a later one may still come.
         current = [
             dwell

@@ -20,7 +20,7 @@ from uncom_reasoner.config import ReasonerConfig
 from uncom_reasoner.evidence.frame_buffer import SceneFrame, StampedBuffer, choose_scene_frame
 from uncom_reasoner.evidence.gesture_timing import gestures_complete_at_s, object_end_s, words_span
 from uncom_reasoner.evidence.options import GESTURE_TIMING, SENSOR_MEMORY, GestureTimingOptions, SensorMemoryOptions
-from uncom_reasoner.pointing.ray_fusion import observe
+from uncom_reasoner.pointing.ray_fusion import observe_rays
 from uncom_reasoner.types import RayObservation
 from uncom_reasoner.weights import Weights
 
@@ -80,7 +80,7 @@ class SensorMemory:
     def rays_between(self, start_s: float, end_s: float) -> tuple[RayObservation, ...]:
         """Return the rays of the hands seen in a stretch of time [s], in the base frame."""
         frames = [frame for stamp_s, frame in self.hands.items() if start_s <= stamp_s <= end_s]
-        return observe(frames, self.camera_in_base)
+        return observe_rays(frames, self.camera_in_base)
 
     def frame_choice_until_s(self, command: Command) -> float | None:
         """Return the time [s] up to which hands and images choose the frame to look at; None: not yet known."""
@@ -167,4 +167,4 @@ class SensorMemory:
             for stamp_s, frame in self.hands.items()
             if span.start_s - margin_s <= stamp_s <= min(span.end_s + margin_s, until_s)
         ]
-        return observe(frames, self.camera_in_base if fixed is None else lambda _: fixed)
+        return observe_rays(frames, self.camera_in_base if fixed is None else lambda _: fixed)

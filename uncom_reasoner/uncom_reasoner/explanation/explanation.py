@@ -27,10 +27,11 @@ Layout (positions on the support are [x, y] in metres, or pixels if `table.metri
      "thresholds": {"min_probability", "min_odds"}, "backends": [...]}
 
 CANDIDATE is {"id", "label", "box": [x_min, y_min, x_max, y_max] | null, "factors": {name: log}, "log", "probability",
-"chosen"}: log is the sum of the factors, the probabilities are exp(log) normalised over the candidates; things.py and
-placing.py say what the factors are. RULE tells why the likeliest one was taken: "clear" (its share among the things is
-at least min_probability and its odds against the second are at least min_odds), "any will do" (the speaker left it
-open), or "best place". So every choice can be worked out again from the tables.
+"chosen"}: log is the sum of the factors, the probabilities are exp(log) normalised over the candidates;
+posterior/object_likelihood.py and support/free_place_search.py say what the factors are. RULE tells why the likeliest
+one was taken: "clear" (its share among the things is at least min_probability and its odds against the second are at
+least min_odds), "any will do" (the speaker left it open), or "best place". So every choice can be worked out again from
+the tables.
 """
 
 from __future__ import annotations
@@ -87,7 +88,7 @@ def explain(command: Command, decision: Decision, scene_frame_s: float, weights:
                 "outcome": r.outcome,
                 "chosen": r.chosen,
             }
-            for r in decision.readings
+            for r in decision.interpretations
         ],
         "cells": _cells(decision),
         "refused": list(decision.refused),

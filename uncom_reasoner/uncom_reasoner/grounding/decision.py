@@ -11,10 +11,10 @@ from uncom_language.types import Command
 from uncom_perception.types import Detection
 
 from uncom_reasoner.exceptions import AmbiguousError, CannotGroundError, NotSupportedError, UnsettledError
-from uncom_reasoner.grounding.phrasing import described, target_text
-from uncom_reasoner.grounding.target_resolution import TargetResult
+from uncom_reasoner.grounding.phrasing import caption_reference, caption_target
+from uncom_reasoner.grounding.place_resolution import TargetResult
 from uncom_reasoner.posterior.context import Context
-from uncom_reasoner.posterior.object_likelihood import Query, weigh
+from uncom_reasoner.posterior.object_likelihood import Query, weigh_candidates
 from uncom_reasoner.types import (
     Candidate,
     Choice,
@@ -27,7 +27,7 @@ from uncom_reasoner.types import (
 )
 
 
-def failed(command: Command, reason: str) -> GroundedCommand:
+def failed_command(command: Command, reason: str) -> GroundedCommand:
     """Return a grounded command that failed before anything was looked at."""
     return GroundedCommand(
         stamp_s=0.0,
@@ -36,21 +36,21 @@ def failed(command: Command, reason: str) -> GroundedCommand:
         index=command.index,
         status=Status.FAILED,
         reason=reason,
-        object_text=described(command.object),
+        object_text=caption_reference(command.object),
         action_text=command.action_text,
-        target_text=target_text(command),
+        target_text=caption_target(command),
         primitive=command.primitive,
         relation=command.relation.value,
     )
 
 
-def decision_of(
+def build_decision(
     command: Command,
     context: Context,
     rays: tuple[PhraseRay, PhraseRay],
     error: CannotGroundError | None,
     choice: Choice | None = None,
-    thing: Detection | None = None,
+    detection: Detection | None = None,
     result: TargetResult | None = None,
     candidates: tuple[Candidate, ...] = (),
 ) -> Decision:
@@ -62,7 +62,7 @@ def decision_of(
         rays: gestures of object and target.
         error: why it failed or is ambiguous, or None.
         choice: of the object, if it was settled.
-        thing: the object.
+        detection: the object.
         result: the target.
         candidates: what was weighed for an object that was not settled.
     """
@@ -78,14 +78,14 @@ def decision_of(
         index=command.index,
         status=status,
         reason=str(error) if error is not None else "",
-        object_text=described(command.object),
+        object_text=caption_reference(command.object),
         action_text=command.action_text,
-        target_text=target_text(command),
+        target_text=caption_target(command),
         primitive=command.primitive,
         relation=command.relation.value,
-        object=thing,
+        object=detection,
         object_probability=choice.probability if choice is not None else 0.0,
-        scene=tuple(d for d in context.things if (thing is None or d.id != thing.id) and d.id != receiver),
+        scene=tuple(d for d in context.detections if (detection is None or d.id != detection.id) and d.id != receiver),
         table=evidence.scene.table,
         object_candidates=choice.candidates if choice is not None else candidates,
         object_frame_s=evidence.object_frame_s,
@@ -95,11 +95,11 @@ def decision_of(
         ),
     )
     outline = context.surface.polygon
-    if thing is not None and isinstance(error, UnsettledError):
+    if detection is not None and isinstance(error, UnsettledError):
         grounded = replace(grounded, target_candidates=error.candidates)
     doubt = None
     if isinstance(error, AmbiguousError):
-        doubt = Doubt(error.part or ("object" if thing is None else "target"), error.choices)
+        doubt = Doubt(error.part or ("object" if detection is None else "target"), error.choices)
     decision = Decision(
         grounded,
         notes=(*evidence.notes, *command.notes),
@@ -111,15 +111,15 @@ def decision_of(
         metric=context.surface.metric,
         counterfactuals=()
         if isinstance(error, NotSupportedError)  # what cannot be weighed cannot be weighed otherwise
-        else _counterfactuals(command, rays, thing, result, context),
+        else _find_counterfactuals(command, rays, detection, result, context),
     )
-    return decision if result is None else _with_target(decision, result)
+    return decision if result is None else _add_target(decision, result)
 
 
-def _with_target(decision: Decision, result: TargetResult) -> Decision:
+def _add_target(decision: Decision, result: TargetResult) -> Decision:
     grounded = replace(
         decision.grounded,
-        primitive=_done_as(decision.grounded.primitive, result),
+        primitive=_executed_primitive(decision.grounded.primitive, result),
         target=result.target,
         target_probability=(result.reference or result.choice).probability,
         target_candidates=result.choice.candidates,
@@ -137,30 +137,38 @@ def _with_target(decision: Decision, result: TargetResult) -> Decision:
     )
 
 
-def _done_as(primitive: Primitive, result: TargetResult) -> Primitive:
+def _executed_primitive(primitive: Primitive, result: TargetResult) -> Primitive:
     """Return what is done with the object: "put it in the corner" is no putting into a thing."""
     if primitive in (Primitive.PUT_IN, Primitive.PUT_ON, Primitive.STACK, Primitive.PLACE):
         return result.primitive
     return primitive
 
 
-def _counterfactuals(
+def _find_counterfactuals(
     command: Command,
     rays: tuple[PhraseRay, PhraseRay],
-    thing: Detection | None,
+    detection: Detection | None,
     result: TargetResult | None,
     context: Context,
 ) -> tuple[Counterfactual, ...]:
-    """Say which thing would have been likeliest from the words alone, and from the gesture alone."""
+    """Say which object would have been likeliest from the words alone, and from the gesture alone."""
     queries = {}
-    if command.object is not None and context.things:
+    if command.object is not None and context.detections:
         queries["object"] = Query(command.object, rays[0])
-    if command.target is not None and thing is not None and result is not None and result.target.detection is not None:
-        queries["target"] = Query(command.target, rays[1], frozenset((thing.id,)), command.primitive)
+    if (
+        command.target is not None
+        and detection is not None
+        and result is not None
+        and result.target.detection is not None
+    ):
+        queries["target"] = Query(command.target, rays[1], frozenset((detection.id,)), command.primitive)
     found = []
     for part, query in queries.items():
-        nothing = PhraseRay(query.ray.role, query.ray.start_s, query.ray.end_s)
-        for without, changed in (("gesture", replace(query, ray=nothing)), ("words", replace(query, use_words=False))):
-            best = weigh(changed, context)[0]
+        no_gesture = PhraseRay(query.ray.role, query.ray.start_s, query.ray.end_s)
+        for without, changed in (
+            ("gesture", replace(query, ray=no_gesture)),
+            ("words", replace(query, use_words=False)),
+        ):
+            best = weigh_candidates(changed, context)[0]
             found.append(Counterfactual(without, part, best.id, best.probability))
     return tuple(found)

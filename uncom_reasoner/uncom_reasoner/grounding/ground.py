@@ -11,17 +11,17 @@ from uncom_common.primitive import Primitive
 from uncom_language.types import Command, Reference, Relation
 
 from uncom_reasoner.config import PlacingConfig
-from uncom_reasoner.detector_phrases import is_one_sided, is_unspecific, without_parts
+from uncom_reasoner.detector_phrases import depends_on_perspective, is_unspecific, replace_parts
 from uncom_reasoner.exceptions import CannotGroundError
-from uncom_reasoner.grounding.decision import decision_of
-from uncom_reasoner.grounding.ground_group import members
-from uncom_reasoner.grounding.ground_single import gestures_of, ground_once
-from uncom_reasoner.grounding.perspective import decide_side
-from uncom_reasoner.grounding.phrasing import plural
-from uncom_reasoner.posterior.context import Context, context_of
-from uncom_reasoner.posterior.discourse_memory import Memory
-from uncom_reasoner.posterior.object_likelihood import Query, weigh
-from uncom_reasoner.support.support_plane import centre_of
+from uncom_reasoner.grounding.decision import build_decision
+from uncom_reasoner.grounding.ground_group import select_members
+from uncom_reasoner.grounding.ground_single import find_gestures, ground_once
+from uncom_reasoner.grounding.perspective import decide_perspective
+from uncom_reasoner.grounding.phrasing import pluralize
+from uncom_reasoner.posterior.context import Context, build_context
+from uncom_reasoner.posterior.discourse_memory import DiscourseMemory
+from uncom_reasoner.posterior.object_likelihood import Query, weigh_candidates
+from uncom_reasoner.support.support_plane import find_centre
 from uncom_reasoner.types import Candidate, Decision, Evidence, PhraseRay, Status, TargetKind
 from uncom_reasoner.weights import Weights, load_weights
 
@@ -30,7 +30,7 @@ def ground(
     evidence: Evidence,
     weights: Weights | None = None,
     placing: PlacingConfig | None = None,
-    memory: Memory | None = None,
+    memory: DiscourseMemory | None = None,
 ) -> Decision:
     """Ground a command (Act.COMMAND); of a group the first part. See `ground_parts`."""
     return ground_parts(evidence, weights, placing, memory)[0]
@@ -40,49 +40,54 @@ def ground_parts(
     evidence: Evidence,
     weights: Weights | None = None,
     placing: PlacingConfig | None = None,
-    memory: Memory | None = None,
+    memory: DiscourseMemory | None = None,
 ) -> tuple[Decision, ...]:
-    """Ground a command (Act.COMMAND): one decision, or one for each thing of a group, in the order of moving them.
+    """Ground a command (Act.COMMAND): one decision, or one for each object of a group, in the order of moving them.
 
     What a person says or shows wrongly is told by status and reason.
 
     Args:
-        evidence: command, scene (detected with `phrases.phrases_of(command)`), camera and rays (`rays.observe`).
+        evidence: command, scene (detected with `detector_phrases.phrases_for(command)`), camera and rays
+            (`ray_fusion.observe_rays`).
         weights: of the posterior; None: the shipped ones.
         placing: how places are chosen; None: the defaults.
         memory: of what was spoken of before.
     """
-    used, where, known = weights or load_weights(), placing or PlacingConfig(), memory or Memory()
-    command = without_parts(evidence.command)
+    weights, placing, memory = weights or load_weights(), placing or PlacingConfig(), memory or DiscourseMemory()
+    command = replace_parts(evidence.command)
     evidence = replace(evidence, command=command)
     if command.object is not None and command.object.quantity != 1:
-        return _ground_group(evidence, used, where, known)
-    return (_ground_thing(evidence, used, where, known),)
+        return _ground_group(evidence, weights, placing, memory)
+    return (_ground_object(evidence, weights, placing, memory),)
 
 
-def _ground_thing(evidence: Evidence, weights: Weights, placing: PlacingConfig, memory: Memory) -> Decision:
+def _ground_object(evidence: Evidence, weights: Weights, placing: PlacingConfig, memory: DiscourseMemory) -> Decision:
     side = evidence.given.perspective
     if side:
         return replace(ground_once(evidence, weights, replace(placing, perspective=side), memory), perspective=side)
-    if not is_one_sided(evidence.command):
+    if not depends_on_perspective(evidence.command):
         return ground_once(evidence, weights, placing, memory)
-    return decide_side(lambda where: ground_once(evidence, weights, where, memory), placing, weights)
+    return decide_perspective(
+        lambda side_placing: ground_once(evidence, weights, side_placing, memory), placing, weights
+    )
 
 
-def _ground_group(evidence: Evidence, weights: Weights, placing: PlacingConfig, memory: Memory) -> tuple[Decision, ...]:
-    """Choose the things, then a place for each with the earlier ones where they will be."""
+def _ground_group(
+    evidence: Evidence, weights: Weights, placing: PlacingConfig, memory: DiscourseMemory
+) -> tuple[Decision, ...]:
+    """Choose the objects, then a place for each with the earlier ones where they will be."""
     command, given = evidence.command, evidence.given
-    context = context_of(evidence, weights, placing, memory)
-    rays = gestures_of(command, context)
+    context = build_context(evidence, weights, placing, memory)
+    rays = find_gestures(command, context)
     candidates: tuple[Candidate, ...] = ()
     try:
-        candidates = _candidates(evidence, rays[0], context)
-        chosen, base = _chosen_things(evidence, candidates, rays[0], context)
+        candidates = _weigh_group(evidence, rays[0], context)
+        chosen, base = _choose_members(evidence, candidates, rays[0], context)
     except CannotGroundError as error:
-        return (decision_of(command, context, rays, error, candidates=candidates),)
-    one = replace(command, object=replace(_object_of(command), quantity=1))
+        return (build_decision(command, context, rays, error, candidates=candidates),)
+    single = replace(command, object=replace(_object_of(command), quantity=1))
     if base:
-        one = replace(one, target=one.object, relation=Relation.ON)
+        single = replace(single, target=single.object, relation=Relation.ON)
         given = replace(given, among={**given.among, "target": frozenset((base,))})
     decisions: list[Decision] = []
     for part, name in enumerate(chosen):
@@ -92,7 +97,7 @@ def _ground_group(evidence: Evidence, weights: Weights, placing: PlacingConfig, 
             among={**given.among, "object": frozenset((name,))},
             excluded={**given.excluded, "target": others},
         )
-        decision = _ground_thing(replace(evidence, command=one, given=settled), weights, placing, memory)
+        decision = _ground_object(replace(evidence, command=single, given=settled), weights, placing, memory)
         grounded = replace(decision.grounded, part=part, parts=len(chosen))
         decisions.append(replace(decision, grounded=grounded, group=candidates))
         if grounded.status is not Status.GROUNDED:
@@ -106,33 +111,33 @@ def _object_of(command: Command) -> Reference:
     return command.object
 
 
-def _candidates(evidence: Evidence, ray: PhraseRay, context: Context) -> tuple[Candidate, ...]:
-    if not context.things:
+def _weigh_group(evidence: Evidence, ray: PhraseRay, context: Context) -> tuple[Candidate, ...]:
+    if not context.detections:
         raise CannotGroundError("I do not see anything on the table.")
-    return weigh(Query(_object_of(evidence.command), ray), context)
+    return weigh_candidates(Query(_object_of(evidence.command), ray), context)
 
 
-def _chosen_things(
+def _choose_members(
     evidence: Evidence, candidates: tuple[Candidate, ...], ray: PhraseRay, context: Context
 ) -> tuple[list[str], str]:
     """Return the ids in the order of moving them, and the one that the others are stacked on ("" without)."""
     command, reference = evidence.command, _object_of(evidence.command)
     if is_unspecific(reference) and not ray.present and "object" not in evidence.given.among:
         raise CannotGroundError("I did not see which things you pointed at.")
-    found = [c.id for c in members(candidates, reference, command, context.weights, pointed=ray.present)]
+    found = [c.id for c in select_members(candidates, reference, command, context.weights, pointed=ray.present)]
     # Largest first: what is wide at the bottom of a pile, and the hardest to find a place for, goes before the rest.
     found.sort(key=lambda name: -context.footprints[name].area)
     if command.primitive is not Primitive.STACK or command.target is not None:
         return found, ""
-    if len(found) < 2:
-        raise CannotGroundError(f"I see only one of the {plural(reference)}: there is nothing to stack.")
+    if len(found) == 1:
+        raise CannotGroundError(f"I see only one of the {pluralize(reference)}: there is nothing to stack.")
     return found[1:], found[0]
 
 
 def _moved_outline(decision: Decision, outline: Polygon) -> Polygon:
-    """Return where a thing's outline will be; empty if it will be in or on another thing, or in the hand."""
+    """Return where an object's outline will be; empty if it will be in or on another object, or in the hand."""
     place = decision.place
     if place is None or outline.is_empty:
         return Polygon() if decision.grounded.target.kind is not TargetKind.NONE else outline
-    offset = place - centre_of(outline)
+    offset = place - find_centre(outline)
     return transform(outline, lambda points: points + offset)

@@ -9,20 +9,25 @@ from collections.abc import Sequence
 from uncom_language.types import Command, Reference
 
 from uncom_reasoner.exceptions import AmbiguousError, NothingSeenError
-from uncom_reasoner.grounding.phrasing import plural, spoken
+from uncom_reasoner.grounding.options import GROUP, GroupOptions
+from uncom_reasoner.grounding.phrasing import pluralize, repeat_reference
 from uncom_reasoner.posterior.posterior import NONE, NUMBERS
 from uncom_reasoner.types import Candidate
 from uncom_reasoner.weights import Weights
 
-MEMBER_ODDS = 5.0  # a thing so much less likely than the best one is of another kind
-POINTED_ODDS = 30.0  # fingers that pass over several things fit some better than others
-ALL = 0
+ALL = 0  # quantity of "all the fruit"
 
 
-def members(
-    candidates: Sequence[Candidate], reference: Reference, command: Command, weights: Weights, *, pointed: bool
+def select_members(
+    candidates: Sequence[Candidate],
+    reference: Reference,
+    command: Command,
+    weights: Weights,
+    *,
+    pointed: bool,
+    options: GroupOptions = GROUP,
 ) -> tuple[Candidate, ...]:
-    """Return the things that a reference to several means, likeliest first.
+    """Return the objects that a reference to several means, likeliest first.
 
     Args:
         candidates: of the reference, likeliest first, "none" among them.
@@ -30,31 +35,32 @@ def members(
         command: whose words tell whether any will do ("two apples" and not "the two apples").
         weights: the thresholds.
         pointed: whether a gesture goes with it.
+        options: what is of the same kind.
 
     Raises:
         NothingSeenError: there is none, or fewer than were asked for.
         AmbiguousError: there are more than were asked for, and nothing tells which.
     """
-    things = [c for c in candidates if c.id != NONE]
+    objects = [c for c in candidates if c.id != NONE]
     none = sum(c.probability for c in candidates if c.id == NONE)
-    if not things or none > sum(c.probability for c in things):
-        raise NothingSeenError(f"I do not see {spoken(reference)} on the table.", candidates)
-    odds = POINTED_ODDS if pointed else MEMBER_ODDS
-    found = tuple(c for c in things if c.probability * odds >= things[0].probability)
+    if not objects or none > sum(c.probability for c in objects):
+        raise NothingSeenError(f"I do not see {repeat_reference(reference)} on the table.", candidates)
+    odds = options.pointed_odds if pointed else options.member_odds
+    found = tuple(c for c in objects if c.probability * odds >= objects[0].probability)
     count = reference.quantity
     if count == ALL or len(found) == count:
         return found
-    name = plural(reference)
+    name = pluralize(reference)
     if len(found) < count:
         seen = NUMBERS[len(found)] if len(found) < len(NUMBERS) else str(len(found))
         raise NothingSeenError(f"I see only {seen} of the {name}.", candidates)
     clear = found[count - 1].probability >= weights.min_odds * found[count].probability
-    if clear or any_of_them(reference, command):
+    if clear or leaves_members_open(reference, command):
         return found[:count]
     raise AmbiguousError(f"I see more {name} than that: {len(found)}.", candidates, tuple(c.id for c in found))
 
 
-def any_of_them(reference: Reference, command: Command) -> bool:
+def leaves_members_open(reference: Reference, command: Command) -> bool:
     """Whether the speaker left open which ones: "two apples", but not "the two apples" or "both apples"."""
     if reference.deictic or reference.anchor is not None or reference.other:
         return False

@@ -8,7 +8,7 @@ from uncom_language.types import Act, Command, Reference, Relation
 from uncom_perception.types import Detection
 
 from uncom_reasoner.detector_phrases import is_bare, is_place_word
-from uncom_reasoner.posterior.posterior import colour_of, label_of
+from uncom_reasoner.posterior.posterior import describe_detection, dominant_colour
 from uncom_reasoner.types import GroundedCommand, Status, TargetKind
 
 RELATION_WORDS = {
@@ -22,7 +22,7 @@ RELATION_WORDS = {
 }
 
 
-def spoken(reference: Reference) -> str:
+def repeat_reference(reference: Reference) -> str:
     """Return a reference as the robot would repeat it: "the red mug", "this"."""
     words = " ".join(w for w in reference.text.split() if w not in (reference.deictic, "other"))
     if is_bare(reference) and not reference.modifiers and not reference.other:
@@ -31,7 +31,7 @@ def spoken(reference: Reference) -> str:
     return f"{determiner} {words or 'one'}"
 
 
-def plural(reference: Reference) -> str:
+def pluralize(reference: Reference) -> str:
     """Return the name of several of a kind as the speaker said it: "red apples", "things"."""
     words = " ".join(w for w in reference.text.split() if w not in (reference.deictic, "other"))
     if not words or is_bare(reference):
@@ -39,7 +39,7 @@ def plural(reference: Reference) -> str:
     return words if words.endswith("s") else f"{words}s"
 
 
-def described(reference: Reference | None) -> str:
+def caption_reference(reference: Reference | None) -> str:
     """Return a reference as the paper's caption has it (words of the speaker), "" without one."""
     if reference is None:
         return ""
@@ -49,11 +49,11 @@ def described(reference: Reference | None) -> str:
     return " ".join(word for word in (*before, *said) if word)
 
 
-def target_text(command: Command) -> str:
+def caption_target(command: Command) -> str:
     """Return the target with its relation: "left of the box", "bowl"."""
-    words = described(command.target)
+    words = caption_reference(command.target)
     relation = RELATION_WORDS.get(command.relation, "")
-    second = f" and {described(command.reference2)}" if command.reference2 is not None else ""
+    second = f" and {caption_reference(command.reference2)}" if command.reference2 is not None else ""
     return f"{relation} {words}{second}".strip()
 
 
@@ -80,9 +80,9 @@ def proposal(command: Command, grounded: GroundedCommand) -> str:
 def _called(reference: Reference | None, thing: Detection) -> str:
     """Return the speaker's own noun where there is one, with the colour where a finger chose among several."""
     if reference is None or is_bare(reference) or is_place_word(reference):
-        return label_of(thing)
+        return describe_detection(thing)
     words = " ".join(w for w in reference.text.split() if w not in (reference.deictic, "other"))
-    colour = colour_of(thing) if reference.deictic or reference.other else ""
+    colour = dominant_colour(thing) if reference.deictic or reference.other else ""
     return words if not colour or colour in words.split() else f"{colour} {words}"
 
 
@@ -94,10 +94,10 @@ def _place(command: Command, grounded: GroundedCommand) -> str:
         preposition = "in" if grounded.primitive in (Primitive.PUT_IN, Primitive.POUR) else "on"
         return f"{preposition} the {_called(command.target, target.detection)}"
     if command.relation in RELATION_WORDS and command.target is not None:
-        second = f" and {spoken(command.reference2)}" if command.reference2 is not None else ""
-        return f"{RELATION_WORDS[command.relation]} {spoken(command.target)}{second}"
+        second = f" and {repeat_reference(command.reference2)}" if command.reference2 is not None else ""
+        return f"{RELATION_WORDS[command.relation]} {repeat_reference(command.target)}{second}"
     if command.target is not None and not is_place_word(command.target) and not is_bare(command.target):
-        return f"on {spoken(command.target)}"
+        return f"on {repeat_reference(command.target)}"
     return "there, where you point"
 
 

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which thing a reference means: all terms of its posterior in one place.
+"""Which object a reference means: all factors of its posterior in one place.
 
-Factors of a candidate (natural logs): `words` (the detector's probability of the phrase), `ray` (gesture, see
-pointing.ray_log), `relation` (to its anchor, "the cup next to the bottle"), `compared` ("the left one", "the biggest",
-"the second from the left"), `excluded` ("not the red one"), `likeness` ("the same colour as this"), `rival` (another
-noun of the command fits the thing better), `discourse` ("it", "the other one"), `plausible` (a receiving thing should
-be able to receive), `reach`, `answer` (what the person said when asked), `squarely` (which container "here" points
-into). "none" stands for everything not seen.
+Factors of a candidate (natural logs): `words` (the detector's probability of the phrase; a colour in it was decided by
+the detector, see uncom_perception/objects/attributes), `ray` (gesture, see pointing.pointing_likelihood), `relation`
+(to its anchor, "the cup next to the bottle"), `compared` ("the left one", "the biggest", "the second from the left"),
+`excluded` ("not the red one"), `likeness` ("the same colour as this"), `rival` (another noun of the command fits the
+object better), `discourse` ("it", "the other one"), `plausible` (a receiving object should be able to receive),
+`reach`, `answer` (what the person said when asked), `squarely` (which container "here" points into). "none" stands for
+everything not seen.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from shapely.geometry import Polygon
 from uncom_common.primitive import Primitive
-from uncom_language.types import Reference, Relation, Span
+from uncom_language.types import Reference, Relation
 from uncom_perception.types import Detection
 
 from uncom_reasoner.detector_phrases import (
@@ -27,246 +28,237 @@ from uncom_reasoner.detector_phrases import (
     is_place_word,
     is_pronoun,
     is_table,
-    references_of,
+    iterate_references,
 )
-from uncom_reasoner.pointing.pointing_likelihood import PointingError, pointing_error, ray_log
-from uncom_reasoner.pointing.ray_fusion import phrase_ray, phrase_span
-from uncom_reasoner.posterior.comparatives import RANK_LOG, excluded_logs, likeness_logs, order_logs
+from uncom_reasoner.pointing.pointing_likelihood import ray_log_likelihood
+from uncom_reasoner.posterior.comparatives import comparison_logs, exclusion_logs, rank_logs
 from uncom_reasoner.posterior.context import Context
-from uncom_reasoner.posterior.posterior import NONE, label_of, normalised
-from uncom_reasoner.support.spatial_relations import relation_log
-from uncom_reasoner.support.support_plane import centre_of
+from uncom_reasoner.posterior.options import COMPARISON, OBJECT_LIKELIHOOD, ObjectLikelihoodOptions
+from uncom_reasoner.posterior.phrase_gestures import find_anchor_gesture, pointing_errors
+from uncom_reasoner.posterior.posterior import NONE, describe_detection, normalize
+from uncom_reasoner.support.spatial_relations import relation_log_likelihood
+from uncom_reasoner.support.support_plane import find_centre
 from uncom_reasoner.types import Candidate, Factor, FloatArray, PhraseRay
 
-LEAST = 1e-6
 AND = "and"  # joins B to A in "between A and B"
-MOST_RIVAL = -3.0
-ANSWER_LOG = -40.0  # an answer settles it
+Factors = dict[str, dict[str, float]]  # natural logs by object id and name of the factor
 
 
 @dataclass(frozen=True)
 class Query:
-    """One reference to be found: its gesture, what it cannot be, and what is to be done with it."""
+    """One reference to be found.
+
+    Attributes:
+        reference: the words.
+        ray: its gesture; its role is the part of the command.
+        excluded: ids of what it cannot be.
+        receives: for a target: what the object must take.
+        use_words: False: the gesture alone counts.
+        among: only these can be it, for a reason of the caller's ("squarely pointed at"); None: all.
+    """
 
     reference: Reference
     ray: PhraseRay
     excluded: frozenset[str] = frozenset()
-    receives: Primitive | None = None  # set for a target: what the thing must take
+    receives: Primitive | None = None
     use_words: bool = True
-    among: frozenset[str] | None = None  # only these can be it, for a reason of the caller's ("squarely pointed at")
+    among: frozenset[str] | None = None
 
 
-def weigh(query: Query, context: Context) -> tuple[Candidate, ...]:
-    """Return all things, and "none", with every factor, likeliest first."""
-    scores, none = _word_scores(query, context)
-    terms: dict[str, dict[str, float]] = {d.id: {} for d in context.things if d.id not in query.excluded}
-    for detection, score in zip(context.things, scores, strict=True):
-        if detection.id in terms:
-            terms[detection.id]["words"] = context.weights.phrase * float(np.log(max(score, LEAST)))
-    _add_ray(query, context, terms)
+def weigh_candidates(
+    query: Query, context: Context, options: ObjectLikelihoodOptions = OBJECT_LIKELIHOOD
+) -> tuple[Candidate, ...]:
+    """Return all objects, and "none", with every factor, likeliest first."""
+    scores, none = _score_words(query, context)
+    phrase, least = context.weights.phrase, options.min_probability
+    factors: Factors = {d.id: {} for d in context.detections if d.id not in query.excluded}
+    for detection, score in zip(context.detections, scores, strict=True):
+        if detection.id in factors:
+            factors[detection.id]["words"] = phrase * float(np.log(max(score, least)))
+    _add_ray(query, context, factors, options)
     if query.use_words:
-        _add_rival(query, context, terms, scores)
-        _add_anchor(query, context, terms)
-        _add_comparison(query, context, terms, scores)
-        _add_discourse(query, context, terms)
-    _add_plausible(query, context, terms)
-    _add_reach(query, context, terms)
-    answered = _add_answer(query, context, terms)
+        _add_rival(query, context, factors, scores, options)
+        _add_anchor(query, context, factors, options)
+        _add_comparison(query, context, factors, scores, options)
+        _add_discourse(query, context, factors, options)
+    _add_plausible(query, context, factors, options)
+    _add_reach(query, context, factors, options)
+    answered = _add_answer(query, context, factors, options)
     if query.among is not None:
-        for thing_id, factors in terms.items():
-            factors["squarely"] = 0.0 if thing_id in query.among else ANSWER_LOG
+        for name, own in factors.items():
+            own["squarely"] = 0.0 if name in query.among else options.answer_log
     candidates = [
-        Candidate(d.id, label_of(d), tuple(Factor(k, v) for k, v in terms[d.id].items()), 0.0, d.box)
-        for d in context.things
-        if d.id in terms
+        Candidate(d.id, describe_detection(d), tuple(Factor(k, v) for k, v in factors[d.id].items()), 0.0, d.box)
+        for d in context.detections
+        if d.id in factors
     ]
-    unseen = [Factor("words", context.weights.phrase * float(np.log(max(none, LEAST))))]
+    unseen = [Factor("words", phrase * float(np.log(max(none, least))))]
     unseen.append(Factor("discount", -context.weights.none_discount))
     if answered:
-        unseen.append(Factor("answer", ANSWER_LOG))
+        unseen.append(Factor("answer", options.answer_log))
     if query.among is not None:
-        unseen.append(Factor("squarely", ANSWER_LOG))
-    return normalised([*candidates, Candidate(NONE, NONE, tuple(unseen), 0.0)])
+        unseen.append(Factor("squarely", options.answer_log))
+    return normalize([*candidates, Candidate(NONE, NONE, tuple(unseen), 0.0)])
 
 
-def _word_scores(query: Query, context: Context) -> tuple[tuple[float, ...], float]:
+def _score_words(query: Query, context: Context) -> tuple[tuple[float, ...], float]:
     if query.use_words:
         return context.scores(context.phrase(query.reference))
     return context.scores(OBJECTS)
 
 
-def gesture(role: str, reference: Reference, context: Context, others: Sequence[Span] = ()) -> PhraseRay:
-    """Return the gesture of a reference: the hands' dwells around its words.
-
-    A gesture that goes with a pointing word of the locating phrase ("the cup next to this bottle") is not its own.
-    """
-    span = phrase_span(reference)
-    inner = [r for r in (reference.anchor, reference.compared_to) if r is not None and r.deictic]
-    if inner and not reference.deictic:
-        return PhraseRay(role, span.start_s, span.end_s)
-    return phrase_ray(role, span, context.dwells, context.weights, others)
-
-
-def anchor_gesture(anchor: Reference, context: Context) -> PhraseRay:
-    """Return the gesture of a thing that only locates another: one only if it has a pointing word."""
-    if anchor.deictic:
-        return gesture("anchor", anchor, context)
-    return PhraseRay("anchor", anchor.span.start_s, anchor.span.end_s)
-
-
-def errors_of(ray: PhraseRay, detection: Detection, context: Context) -> dict[int, PointingError]:
-    """Return the pointing error of a thing for each dwell of a gesture."""
-    return {i: pointing_error(dwell, detection, context.weights) for i, (dwell, _) in enumerate(ray.dwells)}
-
-
-def nearest_z(ray: PhraseRay, detection: Detection, context: Context) -> float:
-    """Return the error [standard deviations] of a thing from the gesture's main dwell; infinite without one."""
-    if not ray.present:
-        return float("inf")
-    main = max(range(len(ray.dwells)), key=lambda i: ray.dwells[i][1])
-    return errors_of(ray, detection, context)[main].z
-
-
-def _add_ray(query: Query, context: Context, terms: dict[str, dict[str, float]]) -> None:
+def _add_ray(query: Query, context: Context, factors: Factors, options: ObjectLikelihoodOptions) -> None:
     if not query.ray.present:
         return
     w = context.weights
     bare, deictic = is_bare(query.reference), bool(query.reference.deictic)
     stray = w.stray_deictic if deictic or bare else w.stray_named
     # A gesture of which little was seen is less likely to be about these words.
-    sure = min(query.ray.weight / (2.0 * w.min_gesture_weight), 1.0)
+    sure = min(query.ray.weight / (options.sure_gesture * w.min_gesture_weight), 1.0)
     stray = 1.0 - (1.0 - stray) * sure
-    logs = {i: w.ray * ray_log(query.ray, errors_of(query.ray, context.thing(i), context), stray) for i in terms}
-    # A finger on a lemon does not make a pear of it: for a named thing the gesture mostly chooses among what was seen.
+    logs = {}
+    for name in factors:
+        errors = pointing_errors(query.ray, context.detection(name), context)
+        logs[name] = w.ray * ray_log_likelihood(query.ray, errors, stray)
+    # A finger on a lemon does not make a pear of it: for a named object the gesture mostly chooses among what was seen.
     kept = 1.0 if bare else w.boost_deictic if deictic else w.boost_named
-    least = (1.0 - kept) * max(max(logs.values(), default=0.0), 0.0)
-    for thing_id, factors in terms.items():
-        factors["ray"] = logs[thing_id] - least
+    common = (1.0 - kept) * max(max(logs.values(), default=0.0), 0.0)
+    for name, own in factors.items():
+        own["ray"] = logs[name] - common
 
 
-def _add_anchor(query: Query, context: Context, terms: dict[str, dict[str, float]]) -> None:
-    """Weigh things by where they are with respect to their anchor, whichever thing that is."""
+def _add_anchor(query: Query, context: Context, factors: Factors, options: ObjectLikelihoodOptions) -> None:
+    """Weigh objects by where they are with respect to their anchor, whichever object that is."""
     reference = query.reference
     if reference.anchor is None or reference.anchor_relation in ("", AND):
         return
     relation = Relation(reference.anchor_relation)
     shapes = context.footprints
-    anchors = _anchors(reference.anchor, context)
+    anchors = _weigh_anchors(reference.anchor, context, options)
     seconds: list[tuple[float, Polygon | None]] = [(0.0, None)]
     if relation is Relation.BETWEEN and reference.anchor.anchor is not None:
-        seconds = [(log, shapes[other]) for log, other in _anchors(reference.anchor.anchor, context)]
-    for thing_id, factors in terms.items():
-        if shapes[thing_id].is_empty:
+        seconds = [(log, shapes[other]) for log, other in _weigh_anchors(reference.anchor.anchor, context, options)]
+    for name, own in factors.items():
+        if shapes[name].is_empty:
             continue
         logs = [
-            log + more + relation_log(relation, shapes[thing_id], shapes[anchor], context.surface, second)
+            log + second_log + relation_log_likelihood(relation, shapes[name], shapes[anchor], context.surface, second)
             for log, anchor in anchors
-            if anchor != thing_id
-            for more, second in seconds
-            if second is None or second not in (shapes[thing_id], shapes[anchor])
+            if anchor != name
+            for second_log, second in seconds
+            if second is None or second not in (shapes[name], shapes[anchor])
         ]
         if logs:
-            factors["relation"] = context.weights.relation * float(np.logaddexp.reduce(logs))
+            own["relation"] = context.weights.relation * float(np.logaddexp.reduce(logs))
 
 
-def _anchors(reference: Reference, context: Context) -> list[tuple[float, str]]:
-    """Return the log probabilities and ids of the things that may be an anchor."""
-    found = weigh(Query(reference, anchor_gesture(reference, context)), context)
-    seen = [c for c in found if c.id != NONE and not context.footprints[c.id].is_empty]
-    return [(float(np.log(max(c.probability, LEAST))), c.id) for c in seen]
+def _weigh_anchors(reference: Reference, context: Context, options: ObjectLikelihoodOptions) -> list[tuple[float, str]]:
+    """Return the log probabilities and ids of the objects that may be an anchor."""
+    candidates = weigh_candidates(Query(reference, find_anchor_gesture(reference, context)), context, options)
+    seen = [c for c in candidates if c.id != NONE and not context.footprints[c.id].is_empty]
+    return [(float(np.log(max(c.probability, options.min_probability))), c.id) for c in seen]
 
 
-def _add_rival(query: Query, context: Context, terms: dict[str, dict[str, float]], scores: Sequence[float]) -> None:
-    """Doubt things that another noun of the command fits better: who says "banana" and "box" means two kinds."""
-    mine = query.reference
-    others = {
+def _add_rival(
+    query: Query, context: Context, factors: Factors, scores: Sequence[float], options: ObjectLikelihoodOptions
+) -> None:
+    """Doubt objects that another noun of the command fits better: who says "banana" and "box" means two kinds."""
+    reference, least = query.reference, options.min_probability
+    other_phrases = {
         context.phrase(r)
-        for r in references_of(context.evidence.command)
-        if r is not mine and not is_bare(r) and not is_table(r) and not is_place_word(r) and r.head != mine.head
+        for r in iterate_references(context.evidence.command)
+        if r is not reference
+        and not is_bare(r)
+        and not is_table(r)
+        and not is_place_word(r)
+        and r.head != reference.head
     }
-    if is_bare(mine) or not others:
+    if is_bare(reference) or not other_phrases:
         return
-    rivals = np.max([context.scores(phrase)[0] for phrase in sorted(others)], axis=0)
+    rivals = np.max([context.scores(phrase)[0] for phrase in sorted(other_phrases)], axis=0)
     logs = {
-        d.id: max(float(np.log(max(score, LEAST) / max(score + rival, LEAST))), MOST_RIVAL)
-        for d, score, rival in zip(context.things, scores, rivals, strict=True)
-        if d.id in terms
+        d.id: max(float(np.log(max(score, least) / max(score + rival, least))), options.rival_min_log)
+        for d, score, rival in zip(context.detections, scores, rivals, strict=True)
+        if d.id in factors
     }
     best = max(logs.values(), default=0.0)
-    for thing_id, value in logs.items():
-        terms[thing_id]["rival"] = context.weights.rival * (value - best)
+    for name, value in logs.items():
+        factors[name]["rival"] = context.weights.rival * (value - best)
 
 
 def _add_comparison(
-    query: Query, context: Context, terms: dict[str, dict[str, float]], scores: Collection[float]
+    query: Query, context: Context, factors: Factors, scores: Collection[float], options: ObjectLikelihoodOptions
 ) -> None:
-    """Superlatives, sides, ordinals; what is excluded; what is compared with another thing."""
+    """Superlatives, sides, ordinals; what is excluded; what is compared with another object."""
     reference = query.reference
-    mine = {d.id: s for d, s in zip(context.things, scores, strict=True) if d.id in terms}
-    found = {"compared": order_logs(reference, mine, context), "excluded": excluded_logs(reference, context)}
+    own_scores = {d.id: s for d, s in zip(context.detections, scores, strict=True) if d.id in factors}
+    found = {"compared": rank_logs(reference, own_scores, context), "excluded": exclusion_logs(reference, context)}
     if reference.comparison and reference.compared_to is not None:
         other = reference.compared_to
-        compared = weigh(Query(other, anchor_gesture(other, context)), context)
-        found["likeness"] = likeness_logs(reference.comparison, compared, mine, context)
-    for name, logs in found.items():
-        least = min(logs.values(), default=0.0)  # things of another kind are in no order
-        for thing_id, factors in terms.items() if logs else ():
-            factors[name] = context.weights.position * logs.get(thing_id, min(least, 4.0 * RANK_LOG))
+        compared = weigh_candidates(Query(other, find_anchor_gesture(other, context)), context, options)
+        found["likeness"] = comparison_logs(reference.comparison, compared, own_scores, context)
+    farthest = options.far_ranks * COMPARISON.rank_log
+    for factor, logs in found.items():
+        least = min(logs.values(), default=0.0)  # objects of another kind are in no order
+        for name, own in factors.items() if logs else ():
+            own[factor] = context.weights.position * logs.get(name, min(least, farthest))
 
 
-def _add_answer(query: Query, context: Context, terms: dict[str, dict[str, float]]) -> bool:
-    """Take in what the person answered about this part; returns whether it must be one of the things."""
+def _add_answer(query: Query, context: Context, factors: Factors, options: ObjectLikelihoodOptions) -> bool:
+    """Take in what the person answered about this part; returns whether it must be one of the objects."""
     among = context.evidence.given.among.get(query.ray.role)
     excluded = context.evidence.given.excluded.get(query.ray.role, frozenset())
-    for thing_id, factors in terms.items() if among is not None or excluded else ():
-        no = thing_id in excluded or (among is not None and thing_id not in among)
-        factors["answer"] = ANSWER_LOG if no else 0.0
+    for name, own in factors.items() if among is not None or excluded else ():
+        ruled_out = name in excluded or (among is not None and name not in among)
+        own["answer"] = options.answer_log if ruled_out else 0.0
     return among is not None
 
 
-def _add_discourse(query: Query, context: Context, terms: dict[str, dict[str, float]]) -> None:
-    memory, reference = context.memory, query.reference
+def _add_discourse(query: Query, context: Context, factors: Factors, options: ObjectLikelihoodOptions) -> None:
+    """Prefer what was spoken of for "it", and doubt it for "the other one"."""
+    memory, reference, weight = context.memory, query.reference, context.weights.discourse
     if is_pronoun(reference) and memory.places:
-        for thing_id, factors in terms.items():
-            factors["discourse"] = context.weights.discourse * _familiar(context.thing(thing_id), memory.places, -6.0)
+        for name, own in factors.items():
+            own["discourse"] = weight * _known_place_log(context.detection(name), memory.places, options)
     elif reference.other and not query.excluded:
         places = list(memory.places)
         if memory.target is not None and memory.target.geometry is not None:
             places.append(memory.target.geometry.centroid)
-        for thing_id, factors in terms.items():
-            near = np.exp(_familiar(context.thing(thing_id), tuple(places), -6.0)) if places else 0.0
-            factors["discourse"] = context.weights.discourse * -5.0 * float(near)
+        for name, own in factors.items():
+            near = np.exp(_known_place_log(context.detection(name), tuple(places), options)) if places else 0.0
+            own["discourse"] = weight * options.same_again_log * float(near)
 
 
-def _familiar(detection: Detection, places: tuple[FloatArray, ...], least: float) -> float:
-    """Return a log that is 0 where a known thing was or went, and `least` elsewhere."""
+def _known_place_log(detection: Detection, places: tuple[FloatArray, ...], options: ObjectLikelihoodOptions) -> float:
+    """Return a log that is 0 where a known object was or went, and `unknown_log` elsewhere."""
     if detection.geometry is None:
-        return least
-    offsets = [np.linalg.norm(detection.geometry.centroid[:2] - place[:2]) for place in places]
-    return max(-0.5 * float(min(offsets) / 0.04) ** 2, least)
+        return options.unknown_log
+    distances = [np.linalg.norm(detection.geometry.centroid[:2] - place[:2]) for place in places]
+    return max(-0.5 * float(min(distances) / options.known_place_sigma_m) ** 2, options.unknown_log)
 
 
-def _add_plausible(query: Query, context: Context, terms: dict[str, dict[str, float]]) -> None:
-    """Prefer containers for a receiving thing that is not named (paper, section III-H)."""
+def _add_plausible(query: Query, context: Context, factors: Factors, options: ObjectLikelihoodOptions) -> None:
+    """Prefer containers for a receiving object that is not named (paper, section III-H)."""
     if query.receives is None or not is_bare(query.reference):
         return
-    share = 0.5 if query.receives in (Primitive.PUT_ON, Primitive.STACK) else 1.0
+    share = options.flat_receiver_share if query.receives in (Primitive.PUT_ON, Primitive.STACK) else 1.0
     scores, _ = context.scores(CONTAINER)
-    best = max(max(scores, default=0.0), 0.05)
-    for detection, score in zip(context.things, scores, strict=True):
-        if detection.id in terms:
-            fit = float(np.log(max(score / best, 0.03)))
-            terms[detection.id]["plausible"] = context.weights.plausible * share * fit
+    best = max(max(scores, default=0.0), options.container_min_best)
+    for detection, score in zip(context.detections, scores, strict=True):
+        if detection.id in factors:
+            fit = float(np.log(max(score / best, options.container_min_share)))
+            factors[detection.id]["plausible"] = context.weights.plausible * share * fit
 
 
-def _add_reach(query: Query, context: Context, terms: dict[str, dict[str, float]]) -> None:
-    """Slightly doubt things that no arm reaches from here."""
-    if not context.surface.reach or query.receives is not None:
+def _add_reach(query: Query, context: Context, factors: Factors, options: ObjectLikelihoodOptions) -> None:
+    """Slightly doubt objects that no arm reaches from here."""
+    surface = context.surface
+    if not surface.shoulders or query.receives is not None:
         return
-    for thing_id, factors in terms.items():
-        shape = context.footprints[thing_id]
+    for name, own in factors.items():
+        shape = context.footprints[name]
         if not shape.is_empty:
-            centre = centre_of(shape)
-            distance = min(float(np.linalg.norm(centre - np.array(s))) for s in context.surface.reach)
-            excess = max(distance - context.surface.reach_max, 0.0)
-            factors["reach"] = max(-0.5 * (excess / 0.15) ** 2, -1.0)
+            centre = find_centre(shape)
+            distance = min(float(np.linalg.norm(centre - np.array(s))) for s in surface.shoulders)
+            excess = max(distance - surface.reach_max, 0.0)
+            own["reach"] = max(-0.5 * (excess / options.reach_sigma_m) ** 2, options.reach_min_log)

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from uncom_language.types import Act, Command
 
-from uncom_reasoner.dialogue.machine import Dialogue
+from uncom_reasoner.dialogue.dialogue_state import Dialogue
 from uncom_reasoner.dialogue.types import Answer, End, Ending, Question, QuestionKind, Verdict
 from uncom_reasoner.session.clock import Clock
 from uncom_reasoner.session.events import AnswerGiven, Events, QuestionAsked, say

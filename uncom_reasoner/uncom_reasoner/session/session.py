@@ -28,13 +28,13 @@ from uncom_language.types import Act, Command
 from uncom_perception.types import Scene
 
 from uncom_reasoner.config import ReasonerConfig
-from uncom_reasoner.detector_phrases import CONTAINER, OBJECTS, goes_back, phrases_of
-from uncom_reasoner.dialogue.conversation import Again, Conversation, Turn
+from uncom_reasoner.detector_phrases import CONTAINER, OBJECTS, asks_to_return, phrases_for
+from uncom_reasoner.dialogue.conversation import AmendedCommand, Conversation, Turn
 from uncom_reasoner.dialogue.types import Answer, End, Ending
 from uncom_reasoner.evidence.evidence_builder import build_evidence
 from uncom_reasoner.evidence.sensor_memory import SensorMemory
 from uncom_reasoner.exceptions import InvalidGroundingError
-from uncom_reasoner.grounding.decision import failed
+from uncom_reasoner.grounding.decision import failed_command
 from uncom_reasoner.grounding.phrasing import proposal, refusal, sentence
 from uncom_reasoner.session.clock import Clock
 from uncom_reasoner.session.consent import ConsentGate
@@ -63,7 +63,7 @@ class Session:
         """
         self._config, self._weights, self._clock, self._options = config, weights, clock, options
         self.memory = SensorMemory(config)
-        self.conversation = Conversation(weights, config.placing(), config.question_timeout_s)
+        self.conversation = Conversation(weights, config, config.question_timeout_s)
         self.consent = ConsentGate(clock, config.approval_timeout_s, options)
         self._tasks: deque[GroundingTask] = deque()
         self._lock = threading.Lock()  # of the tasks
@@ -97,8 +97,8 @@ class Session:
 
     def _begin(self, command: Command) -> Events:
         """Start on what was said when no question is open."""
-        if command.act is Act.COMMAND or (command.act is Act.INCOMPLETE and goes_back(command)):
-            self._enqueue(Again(replace(command, act=Act.COMMAND)))
+        if command.act is Act.COMMAND or (command.act is Act.INCOMPLETE and asks_to_return(command)):
+            self._enqueue(AmendedCommand(replace(command, act=Act.COMMAND)))
         elif command.act is Act.CORRECTION:
             amended = self.conversation.correct(command)
             if amended is None:
@@ -109,16 +109,18 @@ class Session:
             return self._refuse(command, refusal(command))
         return ()
 
-    def _take_back(self, amended: Again) -> Events:
+    def _take_back(self, amended: AmendedCommand) -> Events:
         """Tell that the command which is corrected is not to be done any more."""
         command = amended.replaces
         if command is None:
             return ()
-        grounded = replace(failed(command, "Corrected."), status=Status.CANCELLED)
+        grounded = replace(failed_command(command, "Corrected."), status=Status.CANCELLED)
         return (Report(command, Decision(grounded), sentence(command, grounded)),)
 
-    def _enqueue(self, change: Again, *, first: bool = False) -> None:
-        task = GroundingTask(change.command, self._clock.stamp_s(), self._clock.steady_s(), change.given, change.asked)
+    def _enqueue(self, change: AmendedCommand, *, first: bool = False) -> None:
+        task = GroundingTask(
+            change.command, self._clock.stamp_s(), self._clock.steady_s(), change.given, change.questions_asked
+        )
         with self._lock:
             if first:
                 self._tasks.appendleft(task)
@@ -154,8 +156,8 @@ class Session:
 
     def _follow(self, ending: Ending | None) -> Events:
         """Take the end of a question into the command that it was about."""
-        following = self.conversation.end(ending, self._clock.steady_s()) if ending is not None else None
-        if isinstance(following, Again):
+        following = self.conversation.conclude(ending, self._clock.steady_s()) if ending is not None else None
+        if isinstance(following, AmendedCommand):
             self._enqueue(following, first=True)
         elif following is not None:
             return self._report(following, 0.0, 0.0)
@@ -208,7 +210,7 @@ class Session:
             return ()
         if self.memory.image_at(frame.stamp_s) is None:
             return self.give_up(task, "I see nothing: the image is gone.")
-        task.request = DetectionRequest(frame, phrases_of(task.command, self.conversation.memory.noun))
+        task.request = DetectionRequest(frame, phrases_for(task.command, self.conversation.memory.noun))
         task.stage, task.requested_steady_s = TaskStage.DETECTION, steady_s
         return (task.request,)
 
@@ -246,7 +248,7 @@ class Session:
         task.durations_s["deciding"] = steady_s - begin_s
         with self._lock:
             if not self._tasks or self._tasks[0] is not task:
-                self.conversation.forget()
+                self.conversation.drop_question()
                 return ()
             self._tasks.popleft()
         times = StageTimes(task.command, dict(task.durations_s))
@@ -270,7 +272,7 @@ class Session:
     # --- what is told -------------------------------------------------------------------------------
 
     def _refuse(self, command: Command, reason: str, latency_s: float = 0.0) -> Events:
-        grounded = replace(failed(command, reason), latency_s=latency_s)
+        grounded = replace(failed_command(command, reason), latency_s=latency_s)
         words = sentence(command, grounded)
         return (Report(command, Decision(grounded), words), *say(words))
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where on a receiving thing another one is put: the middle of its opening or top, from its points."""
+"""Where on a receiving object another one is put: the middle of its opening or top, from its points.
+
+Which objects are containers is decided elsewhere: grounding/target_resolution.py.
+"""
 
 from __future__ import annotations
 
@@ -10,17 +13,16 @@ from scipy import ndimage
 from shapely.geometry import Point, Polygon
 from uncom_perception.types import Detection
 
-from uncom_reasoner.support.support_plane import LEAST_POINTS, Surface, centre_of, footprint
+from uncom_reasoner.support.options import RECEPTACLE, SURFACE, ReceptacleOptions
+from uncom_reasoner.support.support_plane import Surface, compute_footprint, find_centre
 from uncom_reasoner.types import FloatArray
-
-RASTER_M = 0.005
 
 
 @dataclass(frozen=True, slots=True)
 class Opening:
-    """The largest disc in a thing seen from above, plane units.
+    """The largest disc in an object seen from above, plane units.
 
-    Centre (2,), radius, height of what lies in it, and how far that is below the thing's highest points.
+    Centre (2,), radius, height of what lies in it above the support, and how far that is below the object's rim.
     """
 
     centre: FloatArray
@@ -29,46 +31,53 @@ class Opening:
     depth: float
 
 
-def opening_of(detection: Detection, surface: Surface) -> Opening:
-    """Find the middle of a container's opening or of a top: handles and spouts are too thin to count."""
+def find_opening(detection: Detection, surface: Surface, options: ReceptacleOptions = RECEPTACLE) -> Opening:
+    """Find the middle of a container's opening or of a top: handles and spouts are too thin to count.
+
+    Without depth it is the middle of the outline, at height 0.
+    """
     geometry = detection.geometry
-    shape = footprint(detection, surface)
-    if not surface.metric or geometry is None or len(geometry.cloud) < LEAST_POINTS:
-        centre = centre_of(shape) if not shape.is_empty else np.array(detection.box.center)
+    shape = compute_footprint(detection, surface)
+    if not surface.metric or geometry is None or len(geometry.cloud) < SURFACE.min_cloud_points:
+        centre = find_centre(shape) if not shape.is_empty else np.array(detection.box.center)
         return Opening(centre, float(np.sqrt(max(shape.area, 0.0) / np.pi)), 0.0, 0.0)
     points = surface.to_plane(geometry.cloud)
-    centre, radius = _largest_disc(points[:, :2])
-    near = points[np.linalg.norm(points[:, :2] - centre, axis=1) <= max(0.5 * radius, 2.0 * RASTER_M)]
-    height = float(np.median(near[:, 2])) if len(near) else float(points[:, 2].max())
-    depth = float(np.percentile(points[:, 2], 95)) - height
+    centre, radius = _find_largest_disc(points[:, :2], options)
+    near = max(options.near_share * radius, options.near_pixels * options.raster_m)
+    heights = points[np.linalg.norm(points[:, :2] - centre, axis=1) <= near, 2]
+    height = float(np.median(heights)) if len(heights) else float(points[:, 2].max())
+    depth = float(np.percentile(points[:, 2], options.rim_percentile)) - height
     return Opening(centre, radius, max(height, 0.0), max(depth, 0.0))
 
 
-def _largest_disc(points: FloatArray) -> tuple[FloatArray, float]:
-    low = points.min(axis=0) - 4.0 * RASTER_M
-    index = np.floor((points - low) / RASTER_M).astype(int)
+def _find_largest_disc(points: FloatArray, options: ReceptacleOptions) -> tuple[FloatArray, float]:
+    """Return centre (2,) and radius of the largest disc within points (N, 2) seen from above."""
+    raster = options.raster_m
+    low = points.min(axis=0) - 4.0 * raster
+    index = np.floor((points - low) / raster).astype(int)
     shape = index.max(axis=0) + 5
     grid = np.zeros(shape, dtype=bool)
     grid[index[:, 0], index[:, 1]] = True
     # The far inner wall hides part of the bottom, and voxel filtering leaves gaps: close them, then fill holes.
-    filled = ndimage.binary_fill_holes(ndimage.binary_closing(grid, iterations=3))
+    filled = ndimage.binary_fill_holes(ndimage.binary_closing(grid, iterations=options.closing_rounds))
     distance = ndimage.distance_transform_edt(filled)
-    best = np.argwhere(distance >= 0.95 * distance.max()).mean(axis=0)
-    return low + (best + 0.5) * RASTER_M, float(distance.max()) * RASTER_M
+    best = np.argwhere(distance >= options.disc_share * distance.max()).mean(axis=0)
+    return low + (best + 0.5) * raster, float(distance.max()) * raster
 
 
-def outline_of(detection: Detection, surface: Surface) -> Polygon:
-    """Return the receiving area: the disc of the opening within the thing's outline."""
-    opening = opening_of(detection, surface)
-    shape = footprint(detection, surface)
-    disc = Point(*opening.centre).buffer(max(opening.radius, 1e-3))
+def find_receiving_outline(detection: Detection, surface: Surface, options: ReceptacleOptions = RECEPTACLE) -> Polygon:
+    """Return the receiving area: the disc of the opening within the object's outline."""
+    opening = find_opening(detection, surface, options)
+    shape = compute_footprint(detection, surface)
+    disc = Point(*opening.centre).buffer(max(opening.radius, options.min_radius))
     common = disc.intersection(shape)
     return common if isinstance(common, Polygon) and not common.is_empty else shape
 
 
-def fits_in(moved: Detection, container: Detection, surface: Surface) -> bool:
-    """Whether a thing can go into a container: its middle extent against the opening, with room for errors of sight."""
+def fits_in(moved: Detection, container: Detection, surface: Surface, options: ReceptacleOptions = RECEPTACLE) -> bool:
+    """Whether an object can go into a container: its middle extent against the opening, with room for errors."""
     if moved.geometry is None or container.geometry is None or not surface.metric:
         return True
     extents = np.sort(moved.geometry.size)
-    return bool(extents[1] <= 1.5 * 2.0 * opening_of(container, surface).radius + 0.01)
+    width = 2.0 * find_opening(container, surface, options).radius
+    return bool(extents[1] <= options.fit_factor * width + options.fit_margin_m)

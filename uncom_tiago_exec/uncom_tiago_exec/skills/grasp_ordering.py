@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from uncom_common.robot_dimensions import SHOULDER_Y_M
 
 from uncom_tiago_exec.exceptions import (
     ExecutionError,
@@ -38,7 +39,7 @@ def in_order(
     scored = []
     for side, arm in arms.items():
         sign = 1.0 if side == "left" else -1.0
-        shoulder = np.array([-0.03, sign * 0.19])
+        shoulder = np.array([-0.03, sign * SHOULDER_Y_M])
         for grasp in grasps:
             at = grasp.pose[:2, 3]
             far = at if goal is None else max((at, goal.xy), key=lambda p: -sign * float(p[1]))

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from uncom_reasoner.calibration.calibration import calibration_error, reliability, scene_without, table_of
+from uncom_reasoner.calibration.calibration import build_table, calibration_error, reliability, scene_without
 from uncom_reasoner.detector_phrases import is_bare
 from uncom_reasoner.dialogue.conversation import Conversation, Turn
 from uncom_reasoner.posterior.posterior import NONE
@@ -53,7 +53,7 @@ def _answered(
     meant = plan.meaning.object if question.part == "object" else plan.meaning.target
     offered = [name for name in question.candidate_ids if _is(name, meant, states, evidence)]
     ending = talk.dialogue.pointed(offered[0]) if offered else None
-    following = talk.end(ending, 1.0) if ending is not None else None
+    following = talk.conclude(ending, 1.0) if ending is not None else None
     return following.decisions[0] if isinstance(following, Turn) else turn.decisions[0]
 
 
@@ -76,7 +76,7 @@ def _tables(
         if not any(c.id.startswith("cell") for c in of_target):
             parts.append(("target", of_target, plan.meaning.target))
     return [
-        table_of(name, candidates, _truth(meant, states, evidence)).as_dict()
+        build_table(name, candidates, _truth(meant, states, evidence)).as_dict()
         for name, candidates, meant in parts
         if candidates
     ]
@@ -94,8 +94,8 @@ def _absent(
         return []
     gone = replace(evidence, scene=scene_without(evidence.scene, true_id))
     found = talk.decide(gone, 0.0).decisions[0].grounded.object_candidates
-    talk.forget()
-    return [table_of("object", found, NONE).as_dict()] if found else []
+    talk.drop_question()
+    return [build_table("object", found, NONE).as_dict()] if found else []
 
 
 def decision_report(outcomes: Sequence[Outcome]) -> dict[str, Any]:

@@ -17,8 +17,15 @@ import numpy.typing as npt
 from uncom_common.transforms import apply
 from uncom_language.types import Reference, Relation
 from uncom_perception.types import Detection, HandsFrame
-from uncom_reasoner.detector_phrases import CONTAINER, OBJECTS, antecedent_of, detector_phrase, is_bare, is_place_word
-from uncom_reasoner.grounding.decision import failed
+from uncom_reasoner.detector_phrases import (
+    CONTAINER,
+    OBJECTS,
+    detector_phrase,
+    is_bare,
+    is_place_word,
+    resolve_antecedent,
+)
+from uncom_reasoner.grounding.decision import failed_command
 from uncom_reasoner.types import Evidence, GroundedCommand, GroundedTarget, Status, TargetKind
 
 FloatArray = npt.NDArray[np.float64]
@@ -55,15 +62,15 @@ def decide_as_published(evidence: Evidence, hands: Sequence[HandsFrame]) -> Grou
     """Ground a command by the paper's rules; no hand is no gesture."""
     command = evidence.command
     if command.object is None:
-        return failed(command, "no object was named")
+        return failed_command(command, "no object was named")
     thing = _choose(command.object, finger(hands, command.object.span.end_s), evidence, frozenset())
     if thing is None:
-        return failed(command, "the object was not found")
+        return failed_command(command, "the object was not found")
     target = GroundedTarget()
     if command.target is not None:
         found = _target(command.target, finger(hands, command.target.span.end_s), evidence, thing)
         if found is None:
-            return failed(command, "the target was not found")
+            return failed_command(command, "the target was not found")
         target = found
     return GroundedCommand(
         stamp_s=evidence.scene.stamp_s,
@@ -94,7 +101,9 @@ def _choose(
     reference: Reference, line: Line | None, evidence: Evidence, without: frozenset[str], phrase: str | None = None
 ) -> Detection | None:
     """Return the thing that a phrase names; of several, the one nearest to the line."""
-    wanted = phrase or (OBJECTS if is_bare(reference) else detector_phrase(reference, antecedent_of(evidence.command)))
+    wanted = phrase or (
+        OBJECTS if is_bare(reference) else detector_phrase(reference, resolve_antecedent(evidence.command))
+    )
     if wanted not in evidence.phrases:
         return None
     number = evidence.phrases.index(wanted)

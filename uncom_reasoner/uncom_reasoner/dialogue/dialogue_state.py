@@ -9,17 +9,17 @@ from __future__ import annotations
 
 from uncom_language.types import Act, Command
 
-from uncom_reasoner.dialogue.answers import choice_in
+from uncom_reasoner.dialogue.answers import find_choice
+from uncom_reasoner.dialogue.options import CONVERSATION, ConversationOptions
 from uncom_reasoner.dialogue.types import Answer, End, Ending, Question, QuestionKind, Verdict
-
-MOST_REMINDERS = 2
 
 
 class Dialogue:
     """The state: no question, or one that is open until `deadline_s`."""
 
-    def __init__(self) -> None:
-        """Start with no question."""
+    def __init__(self, options: ConversationOptions = CONVERSATION) -> None:
+        """Start with no question; options tell how often one is said again."""
+        self._max_reminders = options.max_reminders
         self.question: Question | None = None
         self.asked_s = 0.0
         self._reminders = 0
@@ -53,7 +53,7 @@ class Dialogue:
             known = 0 <= answer.choice < len(question.candidate_ids)
             return self._choose(question.candidate_ids[answer.choice]) if known else None
         if answer.verdict is Verdict.UNKNOWN:
-            return self._choose(choice_in(answer.text, question))
+            return self._choose(find_choice(answer.text, question))
         return self._decided(yes=answer.verdict is Verdict.YES)
 
     def heard(self, command: Command) -> Ending | None:
@@ -71,7 +71,7 @@ class Dialogue:
 
     def _other_words(self, command: Command, question: Question) -> Ending | None:
         """Take words that are neither yes nor no: one of the choices, or a part said in another way."""
-        named = choice_in(command.text, question) if question.kind is QuestionKind.GROUNDING else ""
+        named = find_choice(command.text, question) if question.kind is QuestionKind.GROUNDING else ""
         if named:
             return self._choose(named)
         # A motion that was asked about is amended by a correction only: a stray noun is no new wish.
@@ -86,7 +86,7 @@ class Dialogue:
 
     def reminder(self) -> str:
         """Return what to say when an answer was not understood; "" if that was said often enough."""
-        if self.question is None or self._reminders >= MOST_REMINDERS:
+        if self.question is None or self._reminders >= self._max_reminders:
             return ""
         self._reminders += 1
         if self.question.kind is QuestionKind.APPROVAL:
