@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.objects.attributes.options import COLOUR_NAMING, ColourNamingOptions
 from uncom_perception.objects.table.order_statistics import quantiles
 
 FloatArray = npt.NDArray[np.float64]
@@ -63,31 +64,32 @@ COLOUR_WORDS = {name: name for name in COLOUR_NAMES} | {
     "lime": "green",
     "rose": "pink",
 }
-_LIGHTNESS_WEIGHT = 0.55
-_SIGMA = 9.0
-_BINS = 32
-_CHROMA_STEP = 0.16
-_DEEPEST_SHADE = 1.7
 
 
 @functools.cache
-def _table() -> npt.NDArray[np.float32]:
+def _table(*, options: ColourNamingOptions = COLOUR_NAMING) -> npt.NDArray[np.float32]:
     """Return the probability of each name for each of 32 x 32 x 32 sRGB colours, (32, 32, 32, names)."""
-    step = 256 // _BINS
-    axis = (np.arange(_BINS) * step + step // 2).astype(np.float32) / 255.0
+    step = 256 // options.bins
+    axis = (np.arange(options.bins) * step + step // 2).astype(np.float32) / 255.0
     rgb = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).astype(np.float32)
     lab = cv2.cvtColor(rgb.reshape(1, -1, 3), cv2.COLOR_RGB2LAB)[0].astype(float)
-    return _name_probabilities(lab).reshape(_BINS, _BINS, _BINS, -1).astype(np.float32)
+    return (
+        _name_probabilities(lab, options=options)
+        .reshape(options.bins, options.bins, options.bins, -1)
+        .astype(np.float32)
+    )
 
 
-def _name_probabilities(lab: FloatArray) -> FloatArray:
-    scale = np.array([_LIGHTNESS_WEIGHT, 1.0, 1.0])
+def _name_probabilities(lab: FloatArray, *, options: ColourNamingOptions = COLOUR_NAMING) -> FloatArray:
+    scale = np.array([options.lightness_weight, 1.0, 1.0])
     distances = []
     for exemplars in _EXEMPLARS.values():
         difference = (lab[:, None, :] - np.array(exemplars, dtype=float)) * scale
         distances.append(np.linalg.norm(difference, axis=2).min(axis=1))
     d = np.column_stack(distances)
-    likelihood = np.exp(-0.5 * ((d - d.min(axis=1, keepdims=True)) * (d + d.min(axis=1, keepdims=True))) / _SIGMA**2)
+    likelihood = np.exp(
+        -0.5 * ((d - d.min(axis=1, keepdims=True)) * (d + d.min(axis=1, keepdims=True))) / options.sigma**2
+    )
     return np.asarray(likelihood / likelihood.sum(axis=1, keepdims=True))
 
 
@@ -95,16 +97,18 @@ def _value(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
     return np.maximum(np.maximum(pixels[..., 0], pixels[..., 1]), pixels[..., 2])
 
 
-def name_colours(pixels: npt.NDArray[np.uint8], gain: float = 1.0) -> dict[str, float]:
+def name_colours(
+    pixels: npt.NDArray[np.uint8], gain: float = 1.0, *, options: ColourNamingOptions = COLOUR_NAMING
+) -> dict[str, float]:
     """Return the share of each colour name among pixels (N, 3), strongest first; shares sum to 1.
 
     A surface's colour is that of its lit part: pixels in the shade are lifted to the lightest ones of their chroma.
     """
     if len(pixels) == 0:
         return {}
-    lit = np.clip(pixels * (_lift(pixels) * np.float32(gain))[:, None], 0, 255).astype(np.uint8)
-    binned = lit // (256 // _BINS)
-    names = _table()[binned[:, 0], binned[:, 1], binned[:, 2]]
+    lit = np.clip(pixels * (_lift(pixels, options=options) * np.float32(gain))[:, None], 0, 255).astype(np.uint8)
+    binned = lit // (256 // options.bins)
+    names = _table(options=options)[binned[:, 0], binned[:, 1], binned[:, 2]]
     value = _value(pixels)
     low, high = quantiles(value, (25, 97))
     weight = np.where(value < low, 0.5, np.where(value > high + 4.0, 0.3, 1.0))
@@ -113,13 +117,13 @@ def name_colours(pixels: npt.NDArray[np.uint8], gain: float = 1.0) -> dict[str, 
     return {COLOUR_NAMES[i]: float(shares[i]) for i in order}
 
 
-def _lift(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
+def _lift(pixels: npt.NDArray[np.uint8], *, options: ColourNamingOptions = COLOUR_NAMING) -> npt.NDArray[np.float32]:
     """Return by how much each pixel (N, 3) seems to be darkened by shade, at least 1.
 
     Light of one colour scales lightness and chroma alike, so that chroma / lightness tells surfaces from shades.
     """
     lab = cv2.cvtColor(pixels[None].astype(np.float32) / np.float32(255.0), cv2.COLOR_RGB2LAB)[0]
-    relative = np.round(lab[:, 1:] / (lab[:, :1] + 16.0) / _CHROMA_STEP).astype(np.int32)
+    relative = np.round(lab[:, 1:] / (lab[:, :1] + 16.0) / options.chroma_step).astype(np.int32)
     kind = (relative[:, 0] + 50) * 100 + relative[:, 1] + 50
     value = _value(pixels).astype(np.float32)
     factor = np.ones(len(pixels), np.float32)
@@ -128,7 +132,7 @@ def _lift(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
         middle, light = quantiles(value[own], (50, 97))
         # Where little of a thing is lit, its lightest pixels are a mixture with shade: it is lighter than they are.
         light *= 1.0 + 0.5 * (1.0 - middle / max(light, 1.0))
-        factor[own] = np.clip(light / np.maximum(value[own], 1.0), 1.0, _DEEPEST_SHADE)
+        factor[own] = np.clip(light / np.maximum(value[own], 1.0), 1.0, options.deepest_shade)
     return factor
 
 

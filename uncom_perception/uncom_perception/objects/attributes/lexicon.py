@@ -16,6 +16,7 @@ import yaml
 
 from uncom_perception.exceptions import InvalidLexiconError
 from uncom_perception.objects.attributes.colour import COLOUR_NAMES, colour_probabilities
+from uncom_perception.objects.attributes.options import NOUN_LIKELIHOOD, NounLikelihoodOptions
 from uncom_perception.objects.attributes.shape import Shape
 
 FloatArray = npt.NDArray[np.float64]
@@ -40,10 +41,6 @@ _BOUNDS: dict[str, tuple[float, float]] = {
 _MEASURES = tuple(_BOUNDS)
 _IS_HEIGHT = np.array([name == "height" for name in _MEASURES])
 _ABSOLUTE_SOFTNESS = {"handle": 0.008, "curvature": 0.03, "hollowness": 0.08, "cavity": 0.15, "roundness": 0.07}
-_FLOOR = 0.02  # a measure far outside its range counts against a word, but does not rule it out: it may be hidden
-COLOUR_FLOOR = 0.06  # how usual a colour is that a noun's entry does not name
-_COLOUR_MASS = 0.25
-_MIN_MASS = 0.15
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +68,9 @@ class ThingClass:
 class Likelihoods:
     """How likely the measures of a thing are for every noun at once."""
 
-    def __init__(self, nouns: Mapping[str, Noun]) -> None:
+    def __init__(self, nouns: Mapping[str, Noun], *, options: NounLikelihoodOptions = NOUN_LIKELIHOOD) -> None:
         """Put the ranges of all nouns into arrays (nouns, measures)."""
+        self._options = options
         self.names = tuple(nouns)
         shape = (len(nouns), len(_BOUNDS))
         self._low, self._high = np.full(shape, -np.inf), np.full(shape, np.inf)
@@ -85,11 +83,11 @@ class Likelihoods:
                 j = _MEASURES.index(name)
                 self._low[i, j], self._high[i, j] = low, high
                 self._soft_low[i, j], self._soft_high[i, j] = _softness(name, low), _softness(name, high)
-                self._log_mass[i, j] = math.log(_mass(name, low, high))
+                self._log_mass[i, j] = math.log(_mass(name, low, high, options=self._options))
             for colour, weight in noun.colours.items():
                 self._colours[i, COLOUR_NAMES.index(colour)] = weight
             if noun.colours:
-                mass = max(_COLOUR_MASS, sum(noun.colours.values()) / len(COLOUR_NAMES))
+                mass = max(self._options.least_colour_mass, sum(noun.colours.values()) / len(COLOUR_NAMES))
                 self._colour_log_mass[i] = math.log(mass)
 
     def of(
@@ -106,11 +104,11 @@ class Likelihoods:
             x = np.array([getattr(shape, name) for name in _MEASURES])
             off = np.maximum(np.maximum((self._low - x) / self._soft_low, (x - self._high) / self._soft_high), 0.0)
             trust = np.where(_IS_HEIGHT, 1.0, 1.0 - 0.75 * hidden)
-            fits = np.maximum(-0.5 * off * off, math.log(_FLOOR))
+            fits = np.maximum(-0.5 * off * off, math.log(self._options.least_fit))
             total += (fits - self._log_mass) @ trust
             kept += fits @ trust
         fit = (self._colours * colour_probabilities(colours)).max(axis=1)
-        colour = np.where(self._with_colour, np.log(np.maximum(fit, COLOUR_FLOOR)), 0.0)
+        colour = np.where(self._with_colour, np.log(np.maximum(fit, self._options.unusual_colour)), 0.0)
         return total + colour - self._colour_log_mass, kept + colour
 
 
@@ -198,14 +196,14 @@ def _softness(name: str, bound: float) -> float:
     return _ABSOLUTE_SOFTNESS.get(name, max(0.14 * abs(bound), 0.003))
 
 
-def _mass(name: str, low: float, high: float) -> float:
+def _mass(name: str, low: float, high: float, *, options: NounLikelihoodOptions = NOUN_LIKELIHOOD) -> float:
     least, most = _BOUNDS[name]
     if least > 0.0:
         low, high = max(low, least), min(high, most)
         mass = math.log(max(high, low * 1.0001) / low) / math.log(most / least)
     else:
         mass = (min(high, most) - max(low, least)) / (most - least)
-    return min(1.0, max(_MIN_MASS, mass))
+    return min(1.0, max(options.least_range_mass, mass))
 
 
 def _singulars(words: str) -> list[str]:

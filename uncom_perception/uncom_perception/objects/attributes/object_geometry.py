@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from uncom_common.transforms import apply, invert
 
+from uncom_perception.objects.attributes.options import OBJECT_GEOMETRY, ObjectGeometryOptions
 from uncom_perception.objects.table.order_statistics import quantile
 from uncom_perception.objects.table.table_outline import Ground
 from uncom_perception.types import Geometry, Mask
@@ -18,53 +19,53 @@ FloatArray = npt.NDArray[np.float64]
 PointImage = npt.NDArray[np.float32]
 Outline = npt.NDArray[np.float32]
 
-_VOXEL_M = 0.004
-_CROWD_M = 0.012
-_MAX_POINTS = 6000
-_APART_M, _STRAY_SHARE = 0.015, 0.03
-_TALL_M = 0.04  # of lower things much lies near the table
-_TRAIL_M, _TRAIL_SHARE = 0.016, 0.1  # how high, of the thing's height, trails are
-_BEYOND_M = 0.012  # outside what is higher
 
-
-def clean_points(ground_points: PointImage, mask: Mask) -> npt.NDArray[np.float32]:
+def clean_points(
+    ground_points: PointImage, mask: Mask, *, options: ObjectGeometryOptions = OBJECT_GEOMETRY
+) -> npt.NDArray[np.float32]:
     """Return a thing's points (N, 3) on the ground, without the flying ones that depth cameras see at edges."""
     pixels = np.flatnonzero(mask)
-    pixels = pixels[:: 1 + len(pixels) // _MAX_POINTS]
+    pixels = pixels[:: 1 + len(pixels) // options.max_points]
     points = ground_points.reshape(-1, 3)[pixels]
     points = points[points[:, 2] > -0.01]  # which drops the unknown ones, too
     if len(points) < 30:
         return points
-    key = _cell_keys(points, _CROWD_M)
+    key = _cell_keys(points, options.crowd_cell_m)
     count = np.bincount(key)
     kept = points[count[key] >= 3]
     if len(kept) <= 0.5 * len(points):
         return points
-    return _without_trail(_without_strays(kept))
+    return _without_trail(_without_strays(kept, options=options), options=options)
 
 
-def _without_strays(points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+def _without_strays(
+    points: npt.NDArray[np.float32], *, options: ObjectGeometryOptions = OBJECT_GEOMETRY
+) -> npt.NDArray[np.float32]:
     """Drop the few points (N, 3) that lie apart from the rest, seen from above."""
-    column, row = (((points[:, k] - points[:, k].min()) * np.float32(1.0 / _APART_M)).astype(np.int32) for k in (0, 1))
+    column, row = (
+        ((points[:, k] - points[:, k].min()) * np.float32(1.0 / options.piece_gap_m)).astype(np.int32) for k in (0, 1)
+    )
     filled = np.zeros((int(row.max()) + 1, int(column.max()) + 1), np.uint8)
     filled[row, column] = 1
     count, labels = cv2.connectedComponents(filled, connectivity=8)
     if count < 3:
         return points
     piece = labels[row, column]
-    kept: npt.NDArray[np.bool_] = np.bincount(piece)[piece] >= _STRAY_SHARE * len(points)
+    kept: npt.NDArray[np.bool_] = np.bincount(piece)[piece] >= options.stray_share * len(points)
     return points[kept]
 
 
-def _without_trail(points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+def _without_trail(
+    points: npt.NDArray[np.float32], *, options: ObjectGeometryOptions = OBJECT_GEOMETRY
+) -> npt.NDArray[np.float32]:
     """Drop the points (N, 3) that trail along the table behind a tall thing, where its edge is smeared."""
     height = quantile(points[:, 2], 98)
-    low = points[:, 2] < max(_TRAIL_M, _TRAIL_SHARE * height)
-    if height < _TALL_M or not low.any() or np.count_nonzero(low) > 0.5 * len(points):
+    low = points[:, 2] < max(options.trail_height_m, options.trail_height_share * height)
+    if height < options.tall_m or not low.any() or np.count_nonzero(low) > 0.5 * len(points):
         return points
     lower, upper = points[low, :2], points[~low]
-    if (lower.max(axis=0) < upper[:, :2].max(axis=0) + _BEYOND_M).all() and (
-        lower.min(axis=0) > upper[:, :2].min(axis=0) - _BEYOND_M
+    if (lower.max(axis=0) < upper[:, :2].max(axis=0) + options.trail_reach_m).all() and (
+        lower.min(axis=0) > upper[:, :2].min(axis=0) - options.trail_reach_m
     ).all():
         return points
     corners = convex_outline(upper)[:, 0].astype(float)
@@ -75,7 +76,7 @@ def _without_trail(points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     turn = np.sign(np.sum(corners[:, 0] * np.roll(corners[:, 1], -1) - np.roll(corners[:, 0], -1) * corners[:, 1]))
     beyond = turn * (lower @ outward - np.sum(corners.T * outward, axis=0))
     drop = np.zeros(len(points), bool)
-    drop[low] = beyond.max(axis=1) > _BEYOND_M
+    drop[low] = beyond.max(axis=1) > options.trail_reach_m
     return points[~drop]
 
 
@@ -102,7 +103,12 @@ def support_heights(clouds: Sequence[npt.NDArray[np.float32]], hulls: Sequence[O
 
 
 def geometry(
-    ground_points: npt.NDArray[np.float32], ground: Ground, base_m: float = 0.0, hull: Outline | None = None
+    ground_points: npt.NDArray[np.float32],
+    ground: Ground,
+    base_m: float = 0.0,
+    hull: Outline | None = None,
+    *,
+    options: ObjectGeometryOptions = OBJECT_GEOMETRY,
 ) -> Geometry:
     """Return cloud, oriented box and centroid in the frame that the ground lies in.
 
@@ -110,7 +116,7 @@ def geometry(
     longer one. The hull is the convex outline of the points, if it is known.
     The centroid is the box's centre, which one-sided views shift less than the mean of the visible points.
     """
-    keys = _cell_keys(ground_points, _VOXEL_M)
+    keys = _cell_keys(ground_points, options.voxel_m)
     first = np.full(int(keys.max()) + 1, -1, np.int32)
     first[keys[::-1]] = np.arange(len(keys) - 1, -1, -1, dtype=np.int32)  # of several the first stays
     cloud = ground_points[first[keys] == np.arange(len(keys))]

@@ -11,7 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from uncom_perception.objects.attributes.colour import COLOUR_WORDS, colour_probability
-from uncom_perception.objects.attributes.lexicon import COLOUR_FLOOR, Lexicon, Likelihoods, Noun, ThingClass
+from uncom_perception.objects.attributes.lexicon import Lexicon, Likelihoods, Noun, ThingClass
+from uncom_perception.objects.attributes.options import (
+    NOUN_LIKELIHOOD,
+    PHRASE_MATCH,
+    NounLikelihoodOptions,
+    PhraseMatchOptions,
+)
 from uncom_perception.objects.attributes.shape import Shape
 
 FloatArray = npt.NDArray[np.float64]
@@ -31,11 +37,6 @@ _RANKS: dict[str, tuple[str, int]] = {
     "narrow": ("width", -1),
 }
 _IRREGULAR = {"smallest": "small", "littlest": "little", "tiniest": "tiny"}
-_SURE_DESCRIPTION = 0.6
-_TRUST_DESCRIPTION = 0.9
-_TRUST_KIND = 0.4
-_PLAIN = 0.25  # how well something fits that is plainly called so: then words are not taken loosely
-_UNKNOWN_FIT = 0.3  # for a noun that the lexicon does not know: weak, the same for all
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +70,16 @@ class Phrase:
 class PhraseMatcher:
     """Matches phrases to things by a lexicon."""
 
-    def __init__(self, lexicon: Lexicon) -> None:
+    def __init__(
+        self,
+        lexicon: Lexicon,
+        *,
+        phrase_match_options: PhraseMatchOptions = PHRASE_MATCH,
+        noun_likelihood_options: NounLikelihoodOptions = NOUN_LIKELIHOOD,
+    ) -> None:
         """Match by the words of a lexicon."""
+        self._phrase_match_options = phrase_match_options
+        self._noun_likelihood_options = noun_likelihood_options
         self._lexicon = lexicon
         self._likelihoods = Likelihoods(lexicon.nouns)
 
@@ -121,7 +130,10 @@ class PhraseMatcher:
         usual = self._lexicon.nouns[name].colours
         if not usual:
             return thing.colours
-        likely = {c: share * (1.0 - sure + sure * usual.get(c, COLOUR_FLOOR)) for c, share in thing.colours.items()}
+        likely = {
+            c: share * (1.0 - sure + sure * usual.get(c, self._noun_likelihood_options.unusual_colour))
+            for c, share in thing.colours.items()
+        }
         total = max(sum(likely.values()), 1e-9)
         return dict(sorted(((c, share / total) for c, share in likely.items()), key=lambda pair: -pair[1]))
 
@@ -129,8 +141,10 @@ class PhraseMatcher:
         """Return the best noun for a thing and its probability among all nouns (and an unknown kind of thing)."""
         own = [i for i, name in enumerate(self._likelihoods.names) if self._lexicon.nouns[name].own]
         told = max(own, key=lambda i: float(thing.described[i]), default=-1)
-        if told >= 0 and thing.described[told] > _SURE_DESCRIPTION:
-            return self._likelihoods.names[told], float(_TRUST_DESCRIPTION * thing.described[told])
+        if told >= 0 and thing.described[told] > self._phrase_match_options.sure_description:
+            return self._likelihoods.names[told], float(
+                self._phrase_match_options.description_trust * thing.described[told]
+            )
         best = int(thing.nouns.argmax())
         top = max(float(thing.nouns[best]), 0.0)
         total = float(np.exp(thing.nouns - top).sum()) + math.exp(-top)
@@ -141,7 +155,7 @@ class PhraseMatcher:
         phrase = self.parse(text)
         fit = np.array([self._noun_fit(phrase, thing) * thing.certainty for thing in things])
         fit *= self._adjective_fits(phrase, things)
-        loose = 1.0 - fit.max(initial=0.0) / _PLAIN
+        loose = 1.0 - fit.max(initial=0.0) / self._phrase_match_options.plain_fit
         if loose > 0.0:  # nothing is plainly called so: a cereal box is a box, too, and a mug a cup
             kinds = np.array([self._kind_fit(phrase, thing) * thing.certainty for thing in things])
             fit = np.maximum(fit, loose * kinds * self._adjective_fits(phrase, things))
@@ -169,14 +183,16 @@ class PhraseMatcher:
 
     def _noun_fit(self, phrase: Phrase, thing: Thing) -> float:
         if phrase.noun is None:
-            return _UNKNOWN_FIT if phrase.unknown_noun else 0.9
+            return self._phrase_match_options.unknown_noun_fit if phrase.unknown_noun else 0.9
         if isinstance(phrase.noun, ThingClass):
             return 0.95 if phrase.noun.all_things else self._class_fit(phrase.noun, thing)
         names = self._likelihoods.names
         index = names.index(phrase.noun.name)
         relative = _against_others(thing.nouns, index, [index])
         # What users describe means what they describe, whatever else it may be called.
-        described = _TRUST_DESCRIPTION * float(thing.described[index]) if phrase.noun.own else 0.0
+        described = (
+            self._phrase_match_options.description_trust * float(thing.described[index]) if phrase.noun.own else 0.0
+        )
         return max(relative, described)
 
     def _kinds(self, noun: Noun) -> list[int]:
@@ -189,7 +205,9 @@ class PhraseMatcher:
         if not isinstance(phrase.noun, Noun):
             return 0.0
         own = [self._likelihoods.names.index(phrase.noun.name), *self._kinds(phrase.noun)]
-        return _TRUST_KIND * max((_against_others(thing.nouns, kind, own) for kind in own[1:]), default=0.0)
+        return self._phrase_match_options.kind_trust * max(
+            (_against_others(thing.nouns, kind, own) for kind in own[1:]), default=0.0
+        )
 
     def _class_fit(self, kind: ThingClass, thing: Thing) -> float:
         top = max(0.0, float(thing.nouns.max()))

@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.objects.attributes.options import ATTRIBUTES, AttributeOptions
 from uncom_perception.objects.attributes.phrase_matcher import PhraseMatcher, Thing
 from uncom_perception.types import Attribute, Box, Detection, Geometry, Mask, Scene, TableSurface
 
-_MIN_SHARE = 0.12  # of a colour among a thing's pixels to be told
 _METRIC = {"length": "length_m", "width": "width_m", "height": "height_m"}
 
 
@@ -74,8 +74,10 @@ def mask_slices(mask: Mask, rows: slice = slice(0, None), columns: slice = slice
     return slice(max(0, y - 1), y + height + 1), slice(max(0, x - 1), x + width + 1)
 
 
-def _attributes(thing: Thing) -> tuple[Attribute, ...]:
-    found = [Attribute("colour", name, share) for name, share in thing.colours.items() if share >= _MIN_SHARE]
+def _attributes(thing: Thing, *, options: AttributeOptions = ATTRIBUTES) -> tuple[Attribute, ...]:
+    found = [
+        Attribute("colour", name, share) for name, share in thing.colours.items() if share >= options.least_colour_share
+    ]
     if thing.shape is not None:
         s = thing.shape
         found += [Attribute(_METRIC.get(name, name), f"{value:.3f}", 1.0) for name, value in s.items().items()]

@@ -10,14 +10,10 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.objects.attributes.options import SHAPE, ShapeOptions
 from uncom_perception.objects.table.order_statistics import quantile, quantiles
 
 FloatArray = npt.NDArray[np.float64]
-
-_CELL_M = 0.003
-_SECTORS = 16
-_ENOUGH = 1500  # points to see how it is bent, and its widths
-_SLICES = 9  # along a thing, to see how it is bent
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,27 +53,33 @@ class Footprint:
         return np.isfinite(self.height)
 
 
-def measure(points: npt.NDArray[np.floating], viewer: FloatArray, hull: npt.NDArray[np.float32] | None = None) -> Shape:
+def measure(
+    points: npt.NDArray[np.floating],
+    viewer: FloatArray,
+    hull: npt.NDArray[np.float32] | None = None,
+    *,
+    options: ShapeOptions = SHAPE,
+) -> Shape:
     """Measure a thing by points (N, 3) as x, y, height [m], seen from a viewer (3,) in the same frame.
 
     The hull (M, 1, 2) is their convex outline seen from above, if it is known.
     """
-    footprint = _rasterise(points)
+    footprint = _rasterise(points, options=options)
     mask = cv2.morphologyEx(footprint.mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
     outline = hull if hull is not None else cv2.convexHull(np.ascontiguousarray(points[:, :2], dtype=np.float32))
     (_, _), (side_a, side_b), _ = cv2.minAreaRect(outline)
     long_side, short_side = float(max(side_a, side_b)), float(min(side_a, side_b))
     height = quantile(points[:, 2], 98.5)
-    body, handle = _split_handle(mask)
+    body, handle = _split_handle(mask, options=options)
     body_hull = cv2.convexHull(_largest_contour(body))
     (_, _), (body_a, body_b), _ = cv2.minAreaRect(body_hull)
-    body_width, body_length = min(body_a, body_b) * _CELL_M, max(body_a, body_b) * _CELL_M
+    body_width, body_length = min(body_a, body_b) * options.cell_m, max(body_a, body_b) * options.cell_m
     radius = cv2.minEnclosingCircle(body_hull)[1] + 0.5
     hull_area = max(float(cv2.contourArea(body_hull)), 1.0)
-    hollow, cavity = _cavity(footprint, body, height)
+    hollow, cavity = _cavity(footprint, body, height, options=options)
     high = int(np.count_nonzero(footprint.height > height - max(0.006, 0.08 * height)))
     top = high / max(int(np.count_nonzero(footprint.mask)), 1)
-    some = points[:: 1 + len(points) // _ENOUGH]
+    some = points[:: 1 + len(points) // options.max_points]
     neck, taper = _profile(some, viewer, height)
     return Shape(
         length=long_side,
@@ -92,26 +94,28 @@ def measure(points: npt.NDArray[np.floating], viewer: FloatArray, hull: npt.NDAr
         hollowness=hollow,
         cavity=cavity,
         handle=handle,
-        curvature=_curvature(some),
+        curvature=_curvature(some, options=options),
         flat_top=top,
         neck=neck,
         taper=taper,
     )
 
 
-def body_sides(points: npt.NDArray[np.floating]) -> tuple[tuple[float, float], float]:
+def body_sides(points: npt.NDArray[np.floating], *, options: ShapeOptions = SHAPE) -> tuple[tuple[float, float], float]:
     """Return the longer and the shorter side of a footprint without its handle, and the handle's length [m]."""
-    mask = cv2.morphologyEx(_rasterise(points).mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
-    body, handle = _split_handle(mask)
+    mask = cv2.morphologyEx(
+        _rasterise(points, options=options).mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8)
+    )
+    body, handle = _split_handle(mask, options=options)
     sides = cv2.minAreaRect(cv2.convexHull(_largest_contour(body)))[1]
-    return (max(sides) * _CELL_M, min(sides) * _CELL_M), handle
+    return (max(sides) * options.cell_m, min(sides) * options.cell_m), handle
 
 
-def _rasterise(points: npt.NDArray[np.floating]) -> Footprint:
+def _rasterise(points: npt.NDArray[np.floating], *, options: ShapeOptions = SHAPE) -> Footprint:
     x, y = np.ascontiguousarray(points[:, 0]), np.ascontiguousarray(points[:, 1])
-    origin = np.array([float(x.min()), float(y.min())]) - 2 * _CELL_M
-    column = ((x - origin[0]) * (1.0 / _CELL_M) + 0.5).astype(np.int32)
-    row = ((y - origin[1]) * (1.0 / _CELL_M) + 0.5).astype(np.int32)
+    origin = np.array([float(x.min()), float(y.min())]) - 2 * options.cell_m
+    column = ((x - origin[0]) * (1.0 / options.cell_m) + 0.5).astype(np.int32)
+    row = ((y - origin[1]) * (1.0 / options.cell_m) + 0.5).astype(np.int32)
     width, length = int(column.max()) + 3, int(row.max()) + 3
     flat = np.full(width * length, -1.0, np.float32)
     np.maximum.at(flat, row * width + column, np.asarray(points[:, 2], np.float32))
@@ -141,7 +145,7 @@ def _largest_contour(mask: npt.NDArray[np.uint8]) -> npt.NDArray[np.int32]:
     return np.asarray(max(contours, key=len), dtype=np.int32)
 
 
-def _split_handle(mask: npt.NDArray[np.uint8]) -> tuple[npt.NDArray[np.uint8], float]:
+def _split_handle(mask: npt.NDArray[np.uint8], *, options: ShapeOptions = SHAPE) -> tuple[npt.NDArray[np.uint8], float]:
     """Return the body without what sticks out of it, and the length of that [m]."""
     # The sides of a rim are often lost: close the ring before its inside counts as inside.
     gap = 0.5 * float(np.clip(0.45 * min(mask.shape), 5, 31))
@@ -163,10 +167,12 @@ def _split_handle(mask: npt.NDArray[np.uint8]) -> tuple[npt.NDArray[np.uint8], f
         return body, 0.0
     distance = cv2.distanceTransform(1 - body, cv2.DIST_L2, 3)
     reach = [float(distance[labels == i].max()) for i in range(1, count) if stats[i, cv2.CC_STAT_AREA] >= 6]
-    return body, max(reach, default=0.0) * _CELL_M
+    return body, max(reach, default=0.0) * options.cell_m
 
 
-def _cavity(footprint: Footprint, body: npt.NDArray[np.uint8], height: float) -> tuple[float, float]:
+def _cavity(
+    footprint: Footprint, body: npt.NDArray[np.uint8], height: float, *, options: ShapeOptions = SHAPE
+) -> tuple[float, float]:
     """Return the share of the middle of the footprint that is lower than its rim, and how deep it is / height.
 
     The rim is the outer ring of the body, sector by sector, so that gaps in it do not matter. A middle of which nothing
@@ -176,22 +182,22 @@ def _cavity(footprint: Footprint, body: npt.NDArray[np.uint8], height: float) ->
     across, down = (values.astype(np.float32) for values in (columns, rows))
     radius, angle = cv2.cartToPolar(across - across.mean(), down - down.mean())
     radius = radius.ravel()
-    sector = (angle.ravel() * np.float32(_SECTORS / (2.0 * np.pi))).astype(np.int32) % _SECTORS
-    reach = np.zeros(_SECTORS, np.float32)
+    sector = (angle.ravel() * np.float32(options.sectors / (2.0 * np.pi))).astype(np.int32) % options.sectors
+    reach = np.zeros(options.sectors, np.float32)
     np.maximum.at(reach, sector, radius)
     reach = np.maximum(reach, 1.0)
-    if reach.mean() * _CELL_M < 0.015:
+    if reach.mean() * options.cell_m < 0.015:
         return 0.0, 0.0
     share = radius / reach[sector]
     heights = footprint.height[rows, columns]
     seen = np.isfinite(heights)
-    rims = np.full(_SECTORS, -np.inf, np.float32)
+    rims = np.full(options.sectors, -np.inf, np.float32)
     outer = seen & (share > 0.7)
     np.maximum.at(rims, sector[outer], heights[outer])
     rims = rims[np.isfinite(rims)]
     middle = share < 0.6
     count = np.count_nonzero(middle)
-    if len(rims) < _SECTORS // 2 or count < 5:
+    if len(rims) < options.sectors // 2 or count < 5:
         return 0.0, 0.0
     rim = quantile(rims, 60)
     unseen = np.count_nonzero(middle & ~seen)
@@ -204,7 +210,7 @@ def _cavity(footprint: Footprint, body: npt.NDArray[np.uint8], height: float) ->
     return hollow, min(max(depth / max(height, 1e-3), 0.0), 1.0) if hollow > 0.1 else 0.0
 
 
-def _curvature(points: npt.NDArray[np.floating]) -> float:
+def _curvature(points: npt.NDArray[np.floating], *, options: ShapeOptions = SHAPE) -> float:
     """Return how far the middle of a thing lies off the line between its ends, over its length."""
     x, y = (points[:, k] - points[:, k].mean() for k in (0, 1))
     angle = 0.5 * math.atan2(2.0 * float(x @ y), float(x @ x) - float(y @ y))  # of the longer axis
@@ -214,14 +220,14 @@ def _curvature(points: npt.NDArray[np.floating]) -> float:
     length = end - start
     if length < 1e-3:
         return 0.0
-    bins = ((along - start) * (0.9999 * _SLICES / length)).astype(np.uint8)
+    bins = ((along - start) * (0.9999 * options.slices / length)).astype(np.uint8)
     order = np.argsort(bins, kind="stable")
-    parts = np.split(across[order], np.cumsum(np.bincount(bins, minlength=_SLICES))[:-1])
+    parts = np.split(across[order], np.cumsum(np.bincount(bins, minlength=options.slices))[:-1])
     known = np.array([len(part) > 0 for part in parts])
     if known.sum() < 5:
         return 0.0
     middle = np.array([quantile(part, 50) for part in parts if len(part)])
-    t = np.linspace(-1.0, 1.0, _SLICES)[known]
+    t = np.linspace(-1.0, 1.0, options.slices)[known]
     terms = np.stack([t * t, t, np.ones_like(t)])
     bend = np.linalg.solve(terms @ terms.T, terms @ middle)[0]
     return float(abs(bend) / length)

@@ -16,10 +16,9 @@ from uncom_common.camera import PinholeCamera
 from uncom_perception.image_types import DepthImage, FloatArray, RgbImage
 from uncom_perception.objects.attributes.lexicon import load_lexicon
 from uncom_perception.objects.attributes.scene_builder import is_table, mask_box
+from uncom_perception.objects.detectors.options import DETECTION_REPORT, DetectionReportOptions
 from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
 from uncom_perception.types import Detection, Scene, TableSurface
-
-_MIN_FIT = 0.1
 
 
 @functools.cache
@@ -34,6 +33,8 @@ def detect_in_image(
     camera: PinholeCamera | None = None,
     camera_in_base: FloatArray | None = None,
     lexicon: str = "",
+    *,
+    options: DetectionReportOptions = DETECTION_REPORT,
 ) -> Scene:
     """Find what a phrase means in one picture (H, W, 3) uint8; depth (H, W) [m] and its camera make it metric.
 
@@ -51,7 +52,7 @@ def detect_in_image(
         return dataclasses.replace(scene, detections=tuple(found))
     fits = own_fits([d.phrase_scores[0] for d in scene.detections], scene.phrase_none[0])
     pairs = zip(scene.detections, fits, strict=True)
-    kept = sorted((pair for pair in pairs if pair[1] >= _MIN_FIT), key=lambda pair: -pair[1])
+    kept = sorted((pair for pair in pairs if pair[1] >= options.least_fit), key=lambda pair: -pair[1])
     return dataclasses.replace(scene, detections=tuple(dataclasses.replace(d, score=fit) for d, fit in kept))
 
 

@@ -22,6 +22,12 @@ from uncom_perception.objects.attributes.colour import name_colours
 from uncom_perception.objects.attributes.object_geometry import clean_points, geometry
 from uncom_perception.objects.attributes.scene_builder import is_table, mask_box, mask_slices
 from uncom_perception.objects.detectors.detector import ObjectDetector, check_images
+from uncom_perception.objects.detectors.options import (
+    DETECTION_REPORT,
+    GROUNDING_DINO_FILTER,
+    DetectionReportOptions,
+    GroundingDinoFilterOptions,
+)
 from uncom_perception.objects.detectors.queries import query_of
 from uncom_perception.objects.table.table_view import TableView, view_table
 from uncom_perception.segmentation.segmenter import Segmenter
@@ -29,8 +35,6 @@ from uncom_perception.types import Attribute, Box, Detection, Geometry, HandsFra
 
 DEFAULT_MODEL = "IDEA-Research/grounding-dino-tiny"
 _TABLE_QUERY = "table."
-_MIN_COLOUR = 0.12
-_MAX_HAND_SHARE = 0.4  # of a box, above which it is the hand that points
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +58,13 @@ class GroundingDinoDetector(ObjectDetector):
         name: str = DEFAULT_MODEL,
         options: GroundingOptions | None = None,
         device: str = "cpu",
+        *,
+        grounding_dino_filter_options: GroundingDinoFilterOptions = GROUNDING_DINO_FILTER,
+        detection_report_options: DetectionReportOptions = DETECTION_REPORT,
     ) -> None:
         """Detect with a GroundingDinoForObjectDetection and its processor."""
+        self._grounding_dino_filter_options = grounding_dino_filter_options
+        self._detection_report_options = detection_report_options
         self._model = model.to(device).eval()
         self._processor = processor
         self._segmenter = segmenter
@@ -121,7 +130,11 @@ class GroundingDinoDetector(ObjectDetector):
                 view = None
         merged, scores = _merged(per_query, self._options.same_overlap, image_rgb.shape)
         table = view.surface if view is not None else _table_box(tables, table_scores)
-        keep = [i for i, box in enumerate(merged) if not _is_hand(box, hands) and not _is_whole_table(box, table)]
+        keep = [
+            i
+            for i, box in enumerate(merged)
+            if not _is_hand(box, hands, options=self._grounding_dino_filter_options) and not _is_whole_table(box, table)
+        ]
         masks, _ = self._segmenter.segment(image_rgb, depth, np.zeros((0, 2)), [merged[i] for i in keep])
         scene = self._answer(image_rgb, masks, scores[keep], phrases, view)
         return dataclasses.replace(
@@ -157,7 +170,7 @@ class GroundingDinoDetector(ObjectDetector):
                     box=mask_box(mask),
                     mask=mask,
                     geometry=_geometry(mask, view),
-                    attributes=_colours(image_rgb, mask, gain),
+                    attributes=_colours(image_rgb, mask, gain, options=self._detection_report_options),
                     phrase_scores=tuple(float(s) for s in share[n]),
                 )
             )
@@ -195,12 +208,14 @@ def _overlap(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> float:
     return common / max(float(np.prod(a[2:] - a[:2]) + np.prod(b[2:] - b[:2])) - common, 1e-9)
 
 
-def _is_hand(box: Box, hands: HandsFrame | None) -> bool:
+def _is_hand(
+    box: Box, hands: HandsFrame | None, *, options: GroundingDinoFilterOptions = GROUNDING_DINO_FILTER
+) -> bool:
     """Whether a box is that of a hand in the image."""
     four = np.array([box.x_min, box.y_min, box.x_max, box.y_max])
     for hand in hands.hands if hands is not None else ():
         marks = hand.landmarks[:, :2]
-        if _overlap(four, np.concatenate([marks.min(axis=0), marks.max(axis=0)])) > _MAX_HAND_SHARE:
+        if _overlap(four, np.concatenate([marks.min(axis=0), marks.max(axis=0)])) > options.max_hand_share:
             return True
     return False
 
@@ -227,10 +242,14 @@ def _geometry(mask: Mask, view: TableView | None) -> Geometry | None:
     return geometry(cloud, view.ground) if len(cloud) >= 20 else None
 
 
-def _colours(image_rgb: RgbImage, mask: Mask, gain: float) -> tuple[Attribute, ...]:
+def _colours(
+    image_rgb: RgbImage, mask: Mask, gain: float, *, options: DetectionReportOptions = DETECTION_REPORT
+) -> tuple[Attribute, ...]:
     inner = cv2.erode(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
     shares = name_colours(image_rgb[inner if np.count_nonzero(inner) > 30 else mask], gain)
-    return tuple(Attribute("colour", name, share) for name, share in shares.items() if share >= _MIN_COLOUR)
+    return tuple(
+        Attribute("colour", name, share) for name, share in shares.items() if share >= options.least_colour_share
+    )
 
 
 def load_grounding_dino(

@@ -18,25 +18,18 @@ from uncom_perception.objects.attributes.colour import name_colours
 from uncom_perception.objects.attributes.phrase_matcher import PhraseMatcher
 from uncom_perception.objects.attributes.scene_builder import answer
 from uncom_perception.objects.detectors.detector import ObjectDetector, check_images
+from uncom_perception.objects.detectors.options import PICTURE_DETECTOR, PictureDetectorOptions
 from uncom_perception.objects.detectors.picture_pieces import pieces_of
 from uncom_perception.objects.segments.arm_mask import bare_skin
 from uncom_perception.types import HandsFrame, Mask, Scene, TableSurface
-
-_TRUST = 0.5
-_CHROMA_LIMIT = 9.0
-_LIGHTER_LIMIT, _DARKER_LIMIT = 14.0, 34.0  # shadows darken the table without changing its hue much
-_WORK_WIDTH = 640
-_FIT_STRIDE = 6
-_GAP_SHARE = 0.35  # of the width of what has the colour of the table: less is no gap between its legs
-_PIECES = 6  # of the table that things part
-_LEAST_PIECE = 0.004  # of the picture
 
 
 class PictureDetector(ObjectDetector):
     """Table colour model and connected components; no geometry."""
 
-    def __init__(self, matcher: PhraseMatcher) -> None:
+    def __init__(self, matcher: PhraseMatcher, *, options: PictureDetectorOptions = PICTURE_DETECTOR) -> None:
         """Name things by colour alone (and rank them by size in the picture)."""
+        self._options = options
         self._matcher = matcher
 
     @property
@@ -57,7 +50,7 @@ class PictureDetector(ObjectDetector):
         """Return what differs from the table's colour."""
         check_images(image_rgb, depth, camera)
         start = time.perf_counter()
-        scale = min(1.0, _WORK_WIDTH / image_rgb.shape[1])
+        scale = min(1.0, self._options.work_width_px / image_rgb.shape[1])
         small = np.asarray(
             cv2.resize(image_rgb, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1.0 else image_rgb,
             dtype=np.uint8,
@@ -65,7 +58,7 @@ class PictureDetector(ObjectDetector):
         lab = np.asarray(
             cv2.cvtColor(cv2.GaussianBlur(small, (5, 5), 0).astype(np.float32) / 255.0, cv2.COLOR_RGB2LAB), np.float32
         )
-        table, things = _table_and_things(lab)
+        table, things = _table_and_things(lab, options=self._options)
         if hands is not None:
             things &= ~bare_skin(lab, things, hands, scale)
         size = image_rgb.shape[1::-1]
@@ -83,12 +76,14 @@ class PictureDetector(ObjectDetector):
             phrases,
             stamp_s=stamp_s,
             backend=self.name,
-            trust=_TRUST,
+            trust=self._options.trust,
         )
         return dataclasses.replace(scene, latency_s=time.perf_counter() - start)
 
 
-def _table_and_things(lab: npt.NDArray[np.float32]) -> tuple[Mask, Mask]:
+def _table_and_things(
+    lab: npt.NDArray[np.float32], *, options: PictureDetectorOptions = PICTURE_DETECTOR
+) -> tuple[Mask, Mask]:
     """Return the table's pixels and those of what is on it.
 
     The table is the colour most common in the lower middle of the picture, where a camera that looks at a table has it.
@@ -100,47 +95,52 @@ def _table_and_things(lab: npt.NDArray[np.float32]) -> tuple[Mask, Mask]:
     middle = values[counts.argmax()] * np.array([10.0, 5.0, 5.0])
     near = sample[(np.abs(sample - middle) < np.array([14.0, 7.0, 7.0])).all(axis=1)]
     middle = np.median(near, axis=0)
-    like = _like(lab, middle)
-    region = _region(like)
+    like = _like(lab, middle, options=options)
+    region = _region(like, options=options)
     if region is None:
         return np.zeros(lab.shape[:2], bool), np.zeros(lab.shape[:2], bool)
     # Light falls unevenly on a table, and lamps colour it: its colour is a slow function of the place.
-    even = _even_colour(lab, region & like)
+    even = _even_colour(lab, region & like, options=options)
     if even is not None:
-        like = _like(lab, even)
+        like = _like(lab, even, options=options)
     return region, region & ~like
 
 
-def _like(lab: npt.NDArray[np.float32], table: npt.NDArray[np.floating]) -> Mask:
+def _like(
+    lab: npt.NDArray[np.float32], table: npt.NDArray[np.floating], *, options: PictureDetectorOptions = PICTURE_DETECTOR
+) -> Mask:
     """Return the pixels of a Lab picture (H, W, 3) that have the table's colour, (3,) or (H, W, 3)."""
     lightness = lab[..., 0] - table[..., 0]
     # In the shade chroma shrinks with lightness.
     share = np.clip(lab[..., 0] / np.maximum(table[..., 0], 1.0), 0.3, 1.2)[..., None]
     chroma = np.linalg.norm(lab[..., 1:] - table[..., 1:] * share, axis=2)
-    like = (chroma < _CHROMA_LIMIT) & (lightness < _LIGHTER_LIMIT) & (lightness > -_DARKER_LIMIT)
+    like = (chroma < options.chroma_limit) & (lightness < options.lighter_limit) & (lightness > -options.darker_limit)
     return np.asarray(like, dtype=bool)
 
 
-def _region(like: Mask) -> Mask | None:
+def _region(like: Mask, *, options: PictureDetectorOptions = PICTURE_DETECTOR) -> Mask | None:
     """Return the convex outline, filled, of the largest piece of the table that is seen."""
     mask = cv2.morphologyEx(like.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
     if count < 2:
         return None
-    pieces = np.argsort(-stats[1:, cv2.CC_STAT_AREA])[:_PIECES] + 1
+    pieces = np.argsort(-stats[1:, cv2.CC_STAT_AREA])[: options.max_table_pieces] + 1
     table = labels == pieces[0]
-    hull = cv2.convexHull(_above_legs(table, _outline(table)))
+    hull = cv2.convexHull(_above_legs(table, _outline(table), options=options))
     for piece in pieces[1:]:  # a row of things may part the table
         other = labels == piece
         area = int(stats[piece, cv2.CC_STAT_AREA])
-        if area > _LEAST_PIECE * like.size and np.count_nonzero(other & _filled(like.shape, hull)) > 0.5 * area:
+        if (
+            area > options.least_table_piece * like.size
+            and np.count_nonzero(other & _filled(like.shape, hull)) > 0.5 * area
+        ):
             table |= other
             continue
         wider = cv2.convexHull(np.vstack([hull, _outline(other)]))
         gained = _filled(like.shape, wider) & ~_filled(like.shape, hull)
-        if area > _LEAST_PIECE * like.size and area > 0.5 * np.count_nonzero(gained):
+        if area > options.least_table_piece * like.size and area > 0.5 * np.count_nonzero(gained):
             table |= other
-            hull = cv2.convexHull(_above_legs(table, np.vstack([hull, _outline(other)])))
+            hull = cv2.convexHull(_above_legs(table, np.vstack([hull, _outline(other)]), options=options))
     return _filled(like.shape, hull)
 
 
@@ -150,20 +150,22 @@ def _outline(mask: Mask) -> npt.NDArray[np.int32]:
     return np.asarray(max(contours, key=cv2.contourArea), dtype=np.int32)
 
 
-def _above_legs(table: Mask, contour: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+def _above_legs(
+    table: Mask, contour: npt.NDArray[np.int32], *, options: PictureDetectorOptions = PICTURE_DETECTOR
+) -> npt.NDArray[np.int32]:
     """Return the outline's points without those of legs: between legs there is a wide gap that is open downwards."""
     whole = _filled(table.shape, cv2.convexHull(contour))
     count, labels, stats, _ = cv2.connectedComponentsWithStats((whole & ~table).astype(np.uint8))
     width = int(np.count_nonzero(whole.any(axis=0)))
     lowest = whole.shape[0] - 1 - whole[::-1].argmax(axis=0)
     for i in range(1, count):
-        if stats[i, cv2.CC_STAT_WIDTH] < _GAP_SHARE * width:
+        if stats[i, cv2.CC_STAT_WIDTH] < options.leg_gap_share * width:
             continue
         gap = labels == i
         columns = np.flatnonzero(gap.any(axis=0))
         bottom = gap.shape[0] - 1 - gap[::-1, columns].argmax(axis=0)
         open_below = np.count_nonzero(bottom >= lowest[columns] - 3)
-        if open_below < _GAP_SHARE * width:
+        if open_below < options.leg_gap_share * width:
             continue
         slope, level = _commonest_line(columns.astype(float), gap[:, columns].argmax(axis=0).astype(float))
         kept = contour[contour[:, 0, 1] < level + slope * contour[:, 0, 0] + 2.0]
@@ -194,14 +196,16 @@ def _filled(shape: tuple[int, ...], outline: npt.NDArray[np.int32]) -> Mask:
     return mask.astype(bool)
 
 
-def _even_colour(lab: npt.NDArray[np.float32], table: Mask) -> npt.NDArray[np.float32] | None:
+def _even_colour(
+    lab: npt.NDArray[np.float32], table: Mask, *, options: PictureDetectorOptions = PICTURE_DETECTOR
+) -> npt.NDArray[np.float32] | None:
     """Fit the table's colour (H, W, 3) as a function of second order of the place; None if little of it is seen."""
     height, width = table.shape
-    v, u = np.nonzero(table[::_FIT_STRIDE, ::_FIT_STRIDE])
+    v, u = np.nonzero(table[:: options.fit_stride, :: options.fit_stride])
     if len(v) < 200:
         return None
-    values = lab[::_FIT_STRIDE, ::_FIT_STRIDE][v, u]
-    terms = _terms(2.0 * u * _FIT_STRIDE / width - 1.0, 2.0 * v * _FIT_STRIDE / height - 1.0)
+    values = lab[:: options.fit_stride, :: options.fit_stride][v, u]
+    terms = _terms(2.0 * u * options.fit_stride / width - 1.0, 2.0 * v * options.fit_stride / height - 1.0)
     keep = np.ones(len(v), bool)
     coefficients: npt.NDArray[np.floating] = np.zeros((6, 3))
     for _ in range(3):

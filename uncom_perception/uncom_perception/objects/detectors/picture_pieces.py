@@ -8,40 +8,44 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
+from uncom_perception.objects.detectors.options import PICTURE_PIECES, PicturePieceOptions
 from uncom_perception.types import Mask
 
 LabImage = npt.NDArray[np.float32]
 
-_LEAST_SHARE = 0.0006  # of the picture
-_MOST_SHARE = 0.25
-_EDGE_PX = 7  # from the outline of the table or of the picture: what lies there is hardly a thing
-_THIN_PX = 16.0  # thinner pieces must be solid
-_COLOURFUL = 20.0  # chroma from which a hue says something
-_OTHER_HUE = np.radians(30.0)
-_OWN_SHARE = 0.2  # of a piece that another thing in it covers at least
-_WHOLE = 0.75  # of the pixels of a hue that hang together if they are a thing
-_BEYOND = 1.6  # heights of what is seen that a thing may go on beyond the table's edge
 _OPENING = np.ones((3, 3), np.uint8)
 _SMOOTH = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
 
 
-def pieces_of(things: Mask, region: Mask, rgb: npt.NDArray[np.uint8], lab: LabImage) -> list[Mask]:
+def pieces_of(
+    things: Mask,
+    region: Mask,
+    rgb: npt.NDArray[np.uint8],
+    lab: LabImage,
+    *,
+    options: PicturePieceOptions = PICTURE_PIECES,
+) -> list[Mask]:
     """Return one mask (H, W) a thing, from what in a table's region (H, W) has not its colour; the largest first."""
-    around = np.ones((2 * _EDGE_PX + 1,) * 2, np.uint8)
-    inner = cv2.erode(np.pad(region, _EDGE_PX).astype(np.uint8), around)[_EDGE_PX:-_EDGE_PX, _EDGE_PX:-_EDGE_PX] > 0
+    around = np.ones((2 * options.edge_px + 1,) * 2, np.uint8)
+    inner = (
+        cv2.erode(np.pad(region, options.edge_px).astype(np.uint8), around)[
+            options.edge_px : -options.edge_px, options.edge_px : -options.edge_px
+        ]
+        > 0
+    )
     opened = cv2.morphologyEx((things & inner).astype(np.uint8), cv2.MORPH_OPEN, _OPENING)
     labels, _ = ndimage.label(opened)
     found: list[Mask] = []
     for i, box in enumerate(ndimage.find_objects(labels), start=1):
-        window = _wider(box, _EDGE_PX + 1, things.shape)
+        window = _wider(box, options.edge_px + 1, things.shape)
         own = labels[window] == i
-        if np.count_nonzero(own) < 0.5 * _LEAST_SHARE * things.size:
+        if np.count_nonzero(own) < 0.5 * options.least_area_share * things.size:
             continue
         free = things[window] & ((labels[window] == 0) | own)
         grown = (cv2.dilate(own.astype(np.uint8), around) > 0) & free
         grown = ndimage.binary_fill_holes(cv2.morphologyEx(grown.astype(np.uint8), cv2.MORPH_OPEN, _SMOOTH))
-        for part in _by_hue(np.asarray(grown, dtype=bool), lab[window]):
-            if _is_thing(part, things.size):
+        for part in _by_hue(np.asarray(grown, dtype=bool), lab[window], options=options):
+            if _is_thing(part, things.size, options=options):
                 whole = np.zeros(things.shape, dtype=bool)
                 whole[window] = part
                 found.append(whole)
@@ -50,7 +54,7 @@ def pieces_of(things: Mask, region: Mask, rgb: npt.NDArray[np.uint8], lab: LabIm
         if np.count_nonzero(mask & taken) < 0.5 * np.count_nonzero(mask):  # else it is print on a larger thing
             kept.append(mask)
             taken |= mask
-    return [_beyond(mask, region, taken & ~mask, rgb) for mask in kept]
+    return [_beyond(mask, region, taken & ~mask, rgb, options=options) for mask in kept]
 
 
 def _wider(box: tuple[slice, ...], by: int, shape: tuple[int, ...]) -> tuple[slice, slice]:
@@ -58,13 +62,13 @@ def _wider(box: tuple[slice, ...], by: int, shape: tuple[int, ...]) -> tuple[sli
     return rows, columns
 
 
-def _is_thing(mask: Mask, size: int) -> bool:
+def _is_thing(mask: Mask, size: int, *, options: PicturePieceOptions = PICTURE_PIECES) -> bool:
     """Tell specks and the slivers along an edge from things, in a picture of so many pixels."""
     area = int(np.count_nonzero(mask))
-    if not _LEAST_SHARE * size < area < _MOST_SHARE * size:
+    if not options.least_area_share * size < area < options.most_area_share * size:
         return False
     thickness = 2.0 * float(cv2.distanceTransform(np.pad(mask, 1).astype(np.uint8), cv2.DIST_L2, 3).max())
-    return thickness > _THIN_PX or area > 0.5 * _solid_area(mask)
+    return thickness > options.thin_px or area > 0.5 * _solid_area(mask)
 
 
 def _solid_area(mask: Mask) -> float:
@@ -72,11 +76,13 @@ def _solid_area(mask: Mask) -> float:
     return float(cv2.contourArea(cv2.convexHull(np.concatenate(contours))))
 
 
-def _by_hue(mask: Mask, lab: LabImage, depth: int = 3) -> list[Mask]:
+def _by_hue(mask: Mask, lab: LabImage, depth: int = 3, *, options: PicturePieceOptions = PICTURE_PIECES) -> list[Mask]:
     """Part a mask where two colourful hues, each in one piece, meet: things that touch in the picture."""
     chroma = lab[..., 1:]
-    colourful = mask & (np.hypot(chroma[..., 0], chroma[..., 1]) > _COLOURFUL)
-    if depth == 0 or np.count_nonzero(colourful) <= max(2.0 * _OWN_SHARE * np.count_nonzero(mask), 50.0):
+    colourful = mask & (np.hypot(chroma[..., 0], chroma[..., 1]) > options.colourful)
+    if depth == 0 or np.count_nonzero(colourful) <= max(
+        2.0 * options.inner_object_share * np.count_nonzero(mask), 50.0
+    ):
         return [mask]
     values = chroma[colourful]
     values = np.ascontiguousarray(values / np.linalg.norm(values, axis=1, keepdims=True), np.float32)
@@ -84,16 +90,16 @@ def _by_hue(mask: Mask, lab: LabImage, depth: int = 3) -> list[Mask]:
     criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 10, 0.01)
     _, which, middles = cv2.kmeans(values, 2, start, criteria, 1, cv2.KMEANS_USE_INITIAL_LABELS)
     apart = np.abs(np.angle(complex(*middles[0]) / complex(*middles[1])))
-    if apart < _OTHER_HUE:
+    if apart < options.other_hue_rad:
         return [mask]
     hues = np.zeros(mask.shape, np.uint8)
     hues[colourful] = which.ravel().astype(np.uint8) + 1
-    cores = [_core(hues == k) for k in (1, 2)]
-    if any(np.count_nonzero(core) < _OWN_SHARE * np.count_nonzero(mask) for core in cores):
+    cores = [_core(hues == k, options=options) for k in (1, 2)]
+    if any(np.count_nonzero(core) < options.inner_object_share * np.count_nonzero(mask) for core in cores):
         return [mask]
     nearer = [cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3) for core in cores]
     first = mask & (nearer[0] <= nearer[1])
-    return [part for half in (first, mask & ~first) for part in _by_hue(half, lab, depth - 1)]
+    return [part for half in (first, mask & ~first) for part in _by_hue(half, lab, depth - 1, options=options)]
 
 
 def _main_axis(values: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
@@ -103,25 +109,29 @@ def _main_axis(values: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     return np.asarray(axes[:, -1], np.float32)
 
 
-def _core(mask: Mask) -> Mask:
+def _core(mask: Mask, *, options: PicturePieceOptions = PICTURE_PIECES) -> Mask:
     """Return the largest piece of a mask, or nothing where it is scattered."""
     labels, count = ndimage.label(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, _OPENING))
     if count == 0:
         return np.zeros_like(mask)
     sizes = np.bincount(labels.ravel())[1:]
-    if sizes.max() < _WHOLE * np.count_nonzero(mask):
+    if sizes.max() < options.connected_share * np.count_nonzero(mask):
         return np.zeros_like(mask)
     return np.asarray(labels == 1 + int(sizes.argmax()), dtype=bool)
 
 
-def _beyond(mask: Mask, region: Mask, others: Mask, rgb: npt.NDArray[np.uint8]) -> Mask:
+def _beyond(
+    mask: Mask, region: Mask, others: Mask, rgb: npt.NDArray[np.uint8], *, options: PicturePieceOptions = PICTURE_PIECES
+) -> Mask:
     """Follow a thing over the table's edge by its colours (GrabCut, Rother et al. 2004); as it is if it ends there."""
-    crossing = (cv2.dilate(mask.astype(np.uint8), np.ones((2 * _EDGE_PX + 1, 1), np.uint8)) > 0) & ~region & ~others
+    crossing = (
+        (cv2.dilate(mask.astype(np.uint8), np.ones((2 * options.edge_px + 1, 1), np.uint8)) > 0) & ~region & ~others
+    )
     if np.count_nonzero(crossing.any(axis=0)) < 8:
         return mask
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     height, width = rows[-1] - rows[0] + 1, columns[-1] - columns[0] + 1
-    by, far = int(0.5 * width) + 8, int(_BEYOND * max(height, width))
+    by, far = int(0.5 * width) + 8, int(options.beyond_edge_heights * max(height, width))
     above, below = (half.any() for half in np.split(crossing, [int(rows.mean())]))
     window = (
         slice(max(0, rows[0] - far * int(above)), rows[-1] + 1 + far * int(below)),

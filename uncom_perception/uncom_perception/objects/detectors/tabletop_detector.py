@@ -23,22 +23,19 @@ from uncom_perception.objects.attributes.phrase_matcher import PhraseMatcher, Th
 from uncom_perception.objects.attributes.scene_builder import answer
 from uncom_perception.objects.attributes.shape import measure
 from uncom_perception.objects.detectors.detector import ObjectDetector, check_images
+from uncom_perception.objects.detectors.options import TABLETOP_DETECTOR, TabletopDetectorOptions
 from uncom_perception.objects.detectors.picture_detector import PictureDetector
 from uncom_perception.objects.segments.object_masks import find_things, hidden_share
 from uncom_perception.objects.table.table_view import view_table
 from uncom_perception.types import Geometry, HandsFrame, Mask, Scene, TableSurface
 
-_HIDDEN_IN_THINGS = 0.6
-_SURE_PIXELS = 300
-_BLURRED_MOST = 0.5
-_MAX_PIXELS = 1000  # that colours are named by
-
 
 class TabletopDetector(ObjectDetector):
     """Plane, outline, things on it, their attributes, the phrases that fit them; without depth, the picture alone."""
 
-    def __init__(self, lexicon: Lexicon | None = None) -> None:
+    def __init__(self, lexicon: Lexicon | None = None, *, options: TabletopDetectorOptions = TABLETOP_DETECTOR) -> None:
         """Name things by a lexicon (the package's own if None)."""
+        self._options = options
         self._matcher = PhraseMatcher(lexicon if lexicon is not None else load_lexicon())
         self._picture = PictureDetector(self._matcher)
 
@@ -95,25 +92,29 @@ class TabletopDetector(ObjectDetector):
         hulls = [convex_outline(cloud) for *_, cloud in seen]
         bases = support_heights([cloud for *_, cloud in seen], hulls)
         found = []
-        blurred = min(_BLURRED_MOST, max(0.0, (ground.plane.sigma_m - 0.001) / 0.002))
+        blurred = min(self._options.max_blur, max(0.0, (ground.plane.sigma_m - 0.001) / 0.002))
         for (mask, box, cloud), hull, base in zip(seen, hulls, bases, strict=True):
             shape = measure(cloud - np.array([0.0, 0.0, base], np.float32), viewer - np.array([0.0, 0.0, base]), hull)
             size = math.sqrt(shape.length * max(shape.width, shape.height))
-            colours = name_colours(_surface_pixels(image_rgb[box], mask[box]), gain)
+            colours = name_colours(_surface_pixels(image_rgb[box], mask[box], options=self._options), gain)
             # What lies in a thing is partly hidden by it, and may lean.
-            hidden = max(hidden_share(mask, box, view.depth), _HIDDEN_IN_THINGS if base > 0.0 else 0.0, blurred)
-            thing = self._matcher.describe(shape, colours, size, hidden, _certainty(mask[box]))
+            hidden = max(
+                hidden_share(mask, box, view.depth), self._options.hidden_on_other if base > 0.0 else 0.0, blurred
+            )
+            thing = self._matcher.describe(shape, colours, size, hidden, _certainty(mask[box], options=self._options))
             found.append((mask, geometry(cloud, ground, base, hull), thing))
         return view.surface, found
 
 
-def _certainty(mask: Mask) -> float:
+def _certainty(mask: Mask, *, options: TabletopDetectorOptions = TABLETOP_DETECTOR) -> float:
     """Return how sure it is that a mask is a thing: scraps of a few pixels often are the sensor's."""
-    return float(np.clip(np.count_nonzero(mask) / _SURE_PIXELS, 0.3, 1.0))
+    return float(np.clip(np.count_nonzero(mask) / options.sure_pixels, 0.3, 1.0))
 
 
-def _surface_pixels(image_rgb: RgbImage, mask: Mask) -> npt.NDArray[np.uint8]:
+def _surface_pixels(
+    image_rgb: RgbImage, mask: Mask, *, options: TabletopDetectorOptions = TABLETOP_DETECTOR
+) -> npt.NDArray[np.uint8]:
     """Return a thing's pixels (N, 3) without its border, where the background shines through."""
     inner = np.flatnonzero(cv2.erode(np.ascontiguousarray(mask).view(np.uint8), np.ones((3, 3), np.uint8)))
     pixels = inner if len(inner) > 30 else np.flatnonzero(mask)
-    return np.asarray(image_rgb.reshape(-1, 3)[pixels[:: 1 + len(pixels) // _MAX_PIXELS]])
+    return np.asarray(image_rgb.reshape(-1, 3)[pixels[:: 1 + len(pixels) // options.max_colour_pixels]])

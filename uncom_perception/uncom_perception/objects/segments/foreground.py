@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.objects.segments.options import FOREGROUND, ForegroundOptions
 from uncom_perception.objects.table.depth_noise import measure_noise
 from uncom_perception.objects.table.table_outline import TopDown
 from uncom_perception.objects.table.table_view import TableView
@@ -17,10 +18,6 @@ from uncom_perception.types import Mask
 
 PointImage = npt.NDArray[np.float32]
 LabelImage = npt.NDArray[np.int32]
-
-_GAP_M = 0.012  # neighbouring pixels further apart than this (or 6 pixel widths) belong to different surfaces
-_MAX_HEIGHT_M = 0.6
-_LEAST_HEIGHT_M = 0.0022
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,17 +52,19 @@ class Surfaces:
         return Surfaces(points, lab, across, down, self.pixel_m * stride)
 
 
-def surfaces_of(view: TableView, lab: npt.NDArray[np.float32]) -> Surfaces:
+def surfaces_of(view: TableView, lab: npt.NDArray[np.float32], *, options: ForegroundOptions = FOREGROUND) -> Surfaces:
     """Put surfaces together from what is seen of the table and a Lab image (H, W, 3) of the same."""
     # Neighbours are a pixel's width apart across the line of sight, and so much further along it.
-    gap = max(_GAP_M, 6.0 * view.pixel_m)
+    gap = max(options.gap_m, 6.0 * view.pixel_m)
     limit = np.float32(math.sqrt(gap * gap - view.pixel_m * view.pixel_m))
     away = view.range_m
     across, down = (np.abs(step) < limit for step in (away[:, 1:] - away[:, :-1], away[1:] - away[:-1]))
     return Surfaces(np.ascontiguousarray(view.points), lab, across, down, view.pixel_m)
 
 
-def foreground(view: TableView, table: TopDown) -> tuple[Mask, npt.NDArray[np.float32]]:
+def foreground(
+    view: TableView, table: TopDown, *, options: ForegroundOptions = FOREGROUND
+) -> tuple[Mask, npt.NDArray[np.float32]]:
     """Return the pixels (H, W) above the table, thin things included, as far as the depth noise allows.
 
     With them comes how far from the table's outline each of them is, seen from above [m]; infinite elsewhere.
@@ -75,13 +74,13 @@ def foreground(view: TableView, table: TopDown) -> tuple[Mask, npt.NDArray[np.fl
     clipped = np.clip(height, np.float32(-0.05), np.float32(0.05))
     clipped[~known] = 0.0
     wide, narrow = (_averaged(clipped, known, size) for size in (5, 3))
-    low = measure_noise(wide, view.depth, view.on_table).least_height(view.depth, _LEAST_HEIGHT_M)
+    low = measure_noise(wide, view.depth, view.on_table).least_height(view.depth, options.least_height_m)
     # A pixel beside a tall thing is lifted by the average, not by itself: it must be up there, too.
     candidates = np.flatnonzero(wide > low)
     lowest, mean = low.ravel()[candidates], wide.ravel()[candidates]
     own = clipped.ravel()[candidates] > np.float32(0.5) * mean
     own &= narrow.ravel()[candidates] > np.float32(0.6) * lowest
-    own &= height.ravel()[candidates] < _MAX_HEIGHT_M
+    own &= height.ravel()[candidates] < options.max_height_m
     above = candidates[own]
     apart = np.full(height.shape, np.inf, np.float32)
     apart.ravel()[above] = table.distance(view.points.reshape(-1, 3)[above])

@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from uncom_perception.objects.segments.foreground import Surfaces
 from uncom_perception.objects.segments.inside_test import is_inside
+from uncom_perception.objects.segments.options import FRAGMENT_JOIN, SURFACE_FIT, FragmentJoinOptions, SurfaceFitOptions
 from uncom_perception.objects.segments.regions import Pixels, Regions
 from uncom_perception.objects.segments.surface_fitting import (
-    FRAGMENT_PIXELS,
     has_top,
     held_by,
     is_handle,
@@ -23,11 +23,6 @@ from uncom_perception.objects.segments.surface_fitting import (
 )
 from uncom_perception.objects.table.order_statistics import medians
 from uncom_perception.types import Mask
-
-_CELL_M = 0.005
-_BORDER_PIXELS = 12
-_SAME_LEVEL_M = 0.03
-_HANDLE_GAP_M = 0.02
 
 
 class _Groups:
@@ -64,14 +59,19 @@ class _Groups:
 
 
 def parted_labels(
-    surfaces: Surfaces, regions: Regions, origin: npt.NDArray[np.int32], viewer: npt.NDArray[np.float64]
+    surfaces: Surfaces,
+    regions: Regions,
+    origin: npt.NDArray[np.int32],
+    viewer: npt.NDArray[np.float64],
+    *,
+    options: SurfaceFitOptions = SURFACE_FIT,
 ) -> Mask:
     """Return which labels (L + 1, L + 1) were parted at a fold: those of one origin (L + 1,) that are large enough.
 
     Inside and outside of a hollow thing are parted only until they are seen to be of one colour, and one of them to
     have no top of its own, or until one is plainly the inside of the other as a viewer (3,) sees it.
     """
-    large = regions.sizes >= FRAGMENT_PIXELS
+    large = regions.sizes >= options.fragment_pixels
     parted = (origin[:, None] == origin[None]) & large[:, None] & large[None]
     np.fill_diagonal(parted, False)
     parted[0] = parted[:, 0] = False
@@ -93,7 +93,14 @@ def parted_labels(
     return np.asarray(parted)
 
 
-def join_fragments(surfaces: Surfaces, regions: Regions, parted: Mask) -> tuple[Regions, Mask]:
+def join_fragments(
+    surfaces: Surfaces,
+    regions: Regions,
+    parted: Mask,
+    *,
+    surface_fit_options: SurfaceFitOptions = SURFACE_FIT,
+    fragment_join_options: FragmentJoinOptions = FRAGMENT_JOIN,
+) -> tuple[Regions, Mask]:
     """Join surfaces of one thing that holes or its own shape part in the image: they meet seen from above.
 
     Front and inner back wall of a cup, say. Only surfaces of alike colour, or small fragments, are joined; not those
@@ -102,14 +109,16 @@ def join_fragments(surfaces: Surfaces, regions: Regions, parted: Mask) -> tuple[
     count = regions.count
     if count < 2:
         return regions, parted
-    cells, ids, level, width = _near_others(surfaces.ground_points.reshape(-1, 3)[regions.pixels], regions.ids())
-    contacts = _contacts(cells, ids, level, width, count)
+    cells, ids, level, width = _near_others(
+        surfaces.ground_points.reshape(-1, 3)[regions.pixels], regions.ids(), options=fragment_join_options
+    )
+    contacts = _contacts(cells, ids, level, width, count, options=fragment_join_options)
     if not contacts.any():
         return regions, parted
     colours = _label_colours(surfaces, regions)
     groups = _Groups(parted)
     order = np.argwhere(np.triu(contacts) >= 4)
-    small = regions.sizes < FRAGMENT_PIXELS
+    small = regions.sizes < surface_fit_options.fragment_pixels
     small[0] = True
     for i, j in sorted(order.tolist(), key=lambda pair: -int(contacts[pair[0], pair[1]])):
         if not (small[i] or small[j]) and alike_colours(colours[i - 1], colours[j - 1]):
@@ -123,13 +132,15 @@ def join_fragments(surfaces: Surfaces, regions: Regions, parted: Mask) -> tuple[
 
 
 def _near_others(
-    points: npt.NDArray[np.float32], ids: npt.NDArray[np.int32]
+    points: npt.NDArray[np.float32], ids: npt.NDArray[np.int32], *, options: FragmentJoinOptions = FRAGMENT_JOIN
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64], int]:
     """Return the cells, seen from above, that points (N, 3) of one label fill beside those of another.
 
     These are the cells' numbers (M,), sorted, their labels and mean heights, and how much the numbers grow by row.
     """
-    x, y = (((points[:, k] - points[:, k].min()) * np.float32(1.0 / _CELL_M)).astype(np.int32) + 1 for k in (0, 1))
+    x, y = (
+        ((points[:, k] - points[:, k].min()) * np.float32(1.0 / options.cell_m)).astype(np.int32) + 1 for k in (0, 1)
+    )
     width, height = int(x.max()) + 2, int(y.max()) + 2
     key = y * width + x
     last = np.zeros((height, width), np.uint16)
@@ -146,7 +157,13 @@ def _near_others(
 
 
 def _contacts(
-    cells: npt.NDArray[np.int64], ids: npt.NDArray[np.int64], level: npt.NDArray[np.float64], width: int, count: int
+    cells: npt.NDArray[np.int64],
+    ids: npt.NDArray[np.int64],
+    level: npt.NDArray[np.float64],
+    width: int,
+    count: int,
+    *,
+    options: FragmentJoinOptions = FRAGMENT_JOIN,
 ) -> npt.NDArray[np.int32]:
     """Count the neighbouring cells (sorted), seen from above, in which two labels lie at about the same height."""
     contacts = np.zeros((count + 1, count + 1), np.int32)
@@ -155,7 +172,7 @@ def _contacts(
         mine = np.repeat(np.arange(len(cells)), last - first)
         within = np.arange(len(mine)) - np.repeat(np.cumsum(last - first) - (last - first), last - first)
         other = first[mine] + within
-        level_with = (ids[mine] != ids[other]) & (np.abs(level[mine] - level[other]) < _SAME_LEVEL_M)
+        level_with = (ids[mine] != ids[other]) & (np.abs(level[mine] - level[other]) < options.same_level_m)
         a, b = ids[mine[level_with]], ids[other[level_with]]
         np.add.at(contacts, (a, b), 1)
         np.add.at(contacts, (b, a), 1)
@@ -171,7 +188,14 @@ def alike_colours(a: npt.NDArray[np.floating], b: npt.NDArray[np.floating]) -> b
     return plain < 14.0 or relative < 0.22
 
 
-def join_hollow(surfaces: Surfaces, regions: Regions, parted: Mask, viewer: npt.NDArray[np.float64]) -> Regions:
+def join_hollow(
+    surfaces: Surfaces,
+    regions: Regions,
+    parted: Mask,
+    viewer: npt.NDArray[np.float64],
+    *,
+    options: FragmentJoinOptions = FRAGMENT_JOIN,
+) -> Regions:
     """Join the front of a hollow thing and what is seen of its inside over the rim, where the rim itself was lost.
 
     Such surfaces border one another in the image, are alike in colour, and together are hardly longer than alone, or
@@ -180,10 +204,10 @@ def join_hollow(surfaces: Surfaces, regions: Regions, parted: Mask, viewer: npt.
     corners: dict[int, npt.NDArray[np.float32]] = {}
     fitting: list[tuple[float, int, int]] = []
     points, lab = surfaces.ground_points.reshape(-1, 3), surfaces.lab.reshape(-1, 3)
-    for i, j, facing, faced in _neighbours(regions, parted):
+    for i, j, facing, faced in _neighbours(regions, parted, options=options):
         gap = np.linalg.norm(points[facing].mean(axis=0) - points[faced].mean(axis=0))
         clouds = [points[regions.of(k)] for k in (i, j)]
-        if gap < _HANDLE_GAP_M and (is_handle(*clouds) or is_handle(*clouds[::-1])):
+        if gap < options.handle_gap_m and (is_handle(*clouds) or is_handle(*clouds[::-1])):
             fitting.append((-1.0, i, j))
             continue
         mine, theirs = medians(lab[facing]), medians(lab[faced])
@@ -199,7 +223,9 @@ def join_hollow(surfaces: Surfaces, regions: Regions, parted: Mask, viewer: npt.
     return groups.renumbered(regions)[0]
 
 
-def _neighbours(regions: Regions, parted: Mask) -> Iterator[tuple[int, int, Pixels, Pixels]]:
+def _neighbours(
+    regions: Regions, parted: Mask, *, options: FragmentJoinOptions = FRAGMENT_JOIN
+) -> Iterator[tuple[int, int, Pixels, Pixels]]:
     """Give pairs of labels that border one another in the image, and the (flat) pixels of each at the border."""
     kernel = np.ones((9, 9), np.uint8)
     width = regions.labels.shape[1]
@@ -207,13 +233,13 @@ def _neighbours(regions: Regions, parted: Mask) -> Iterator[tuple[int, int, Pixe
         rows, columns = (slice(max(0, s.start - 5), s.stop + 5) for s in box)
         part = regions.labels[rows, columns]
         lower = part[(part > 0) & (part < i)]
-        if len(lower) < _BORDER_PIXELS:
+        if len(lower) < options.border_pixels:
             continue
         own = part == i
         near = cv2.dilate(own.view(np.uint8), kernel).view(bool)
         counts = np.bincount(part[near], minlength=i)[:i]
         counts[0] = 0
-        for j in np.flatnonzero(counts >= _BORDER_PIXELS).tolist():
+        for j in np.flatnonzero(counts >= options.border_pixels).tolist():
             if parted[i, j]:
                 continue
             other = part == j

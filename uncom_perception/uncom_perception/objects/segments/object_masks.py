@@ -15,6 +15,7 @@ from uncom_perception.objects.segments.foreground import connected, foreground, 
 from uncom_perception.objects.segments.join_fragments import join_fragments, join_hollow, parted_labels
 from uncom_perception.objects.segments.lab_image import lab_image
 from uncom_perception.objects.segments.on_table_filter import Reach, is_thing
+from uncom_perception.objects.segments.options import OBJECT_MASKS, ObjectMaskOptions
 from uncom_perception.objects.segments.regions import Box, regions_of
 from uncom_perception.objects.segments.split_touching import split_touching
 from uncom_perception.objects.segments.walls import without_walls
@@ -22,21 +23,20 @@ from uncom_perception.objects.table.table_outline import TopDown
 from uncom_perception.objects.table.table_view import TableView
 from uncom_perception.types import HandsFrame, Mask
 
-_PAD = 10
-_GROWN = 16  # pixels that the mask of a thing may grow by when it is closed and filled
-_SPECK_PIXELS = 12
-_FOLLOW_M = 0.25  # how far around the table things are followed, to see where arms come from
-_MARGINS_M = (0.03, 0.15, _FOLLOW_M - 0.02)  # see Reach
-
 
 def find_things(
-    image_rgb: RgbImage, view: TableView, hands: HandsFrame | None, gain: float = 1.0
+    image_rgb: RgbImage,
+    view: TableView,
+    hands: HandsFrame | None,
+    gain: float = 1.0,
+    *,
+    options: ObjectMaskOptions = OBJECT_MASKS,
 ) -> list[tuple[Mask, Box]]:
     """Return one mask (H, W) for each thing on the table, hands and arms left out, and rows and columns about it.
 
     A dim picture is looked at as if it were lighter by a gain.
     """
-    table = TopDown(view.outline, _FOLLOW_M)
+    table = TopDown(view.outline, options.follow_m)
     where = view.box_of(table)
     if where is None:
         return []
@@ -44,20 +44,20 @@ def find_things(
     bounds = mask_bounds(pixels)
     if bounds is None:
         return []
-    inner = _widened(bounds, _PAD, pixels.shape)
+    inner = _widened(bounds, options.pad_px, pixels.shape)
     pixels, apart = np.ascontiguousarray(pixels[inner]), np.ascontiguousarray(apart[inner])
     rows, columns = part = _moved(inner, where)
     lab = lab_image(np.ascontiguousarray(image_rgb[part]), gain)
     surfaces = surfaces_of(view.cut(part), lab)
     if hands is not None:
         pixels &= ~hand_pixels(surfaces, pixels, hands, (columns.start, rows.start))
-    regions = regions_of(connected(surfaces, pixels), _SPECK_PIXELS)
-    pixels, regions = without_walls(surfaces, pixels, regions, view.outline, _SPECK_PIXELS)
+    regions = regions_of(connected(surfaces, pixels), options.speck_pixels)
+    pixels, regions = without_walls(surfaces, pixels, regions, view.outline, options.speck_pixels)
     regions, origin = split_touching(surfaces, regions)
     regions, parted = join_fragments(surfaces, regions, parted_labels(surfaces, regions, origin, view.viewer))
     regions = join_hollow(surfaces, regions, parted, view.viewer)
     taken = regions.labels > 0
-    reach = Reach(apart.ravel(), *_MARGINS_M)
+    reach = Reach(apart.ravel(), *options.margins_m)
     masks = []
     for label, box in regions.boxes().items():
         if is_thing(surfaces, regions, label, box, reach):
@@ -66,7 +66,7 @@ def find_things(
             window[box] = regions.labels[box] == label
             _close(window, box)
             fill_by_colour(window, taken, surfaces.lab, box)
-            masks.append((mask, mask_slices(mask, *_widened(_moved(box, part), _GROWN, mask.shape))))
+            masks.append((mask, mask_slices(mask, *_widened(_moved(box, part), options.closing_px, mask.shape))))
     return masks
 
 

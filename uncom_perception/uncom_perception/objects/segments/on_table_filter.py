@@ -10,18 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from uncom_perception.objects.segments.foreground import LabelImage, Surfaces
+from uncom_perception.objects.segments.options import ON_TABLE, OnTableOptions
 from uncom_perception.objects.segments.regions import Regions
 from uncom_perception.objects.table.order_statistics import medians, quantile, quantiles
 from uncom_perception.types import Mask
-
-_MIN_PIXELS = 45
-_MIN_EXTENT_M = 0.012
-_FLOATING_M = 0.03
-_TALLEST_M = 0.45
-_IN_THE_AIR_M = 0.07
-_LOW_M = 0.012  # what is lower must be told from the table by its colour, too
-_UNLIKE = 5.0  # [Lab, lightness at half weight]
-_SLIVER_PIXELS = 150  # smaller pieces along another thing's outline are of that thing, or of what it hides
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,10 +26,19 @@ class Reach:
     followed_m: float  # not at the end of what is looked at about it
 
 
-def is_thing(surfaces: Surfaces, regions: Regions, label: int, box: tuple[slice, slice], reach: Reach) -> bool:
+def is_thing(
+    surfaces: Surfaces,
+    regions: Regions,
+    label: int,
+    box: tuple[slice, slice],
+    reach: Reach,
+    *,
+    options: OnTableOptions = ON_TABLE,
+) -> bool:
     """Whether a surface is a thing that stands on the table (or on another thing), not an arm, a wall or a speck.
 
     Args:
+        options: numbers that tune it.
         surfaces: what is seen.
         regions: all surfaces above the table.
         label: the one that is asked about.
@@ -46,17 +47,17 @@ def is_thing(surfaces: Surfaces, regions: Regions, label: int, box: tuple[slice,
     """
     pixels = regions.of(label)
     points = surfaces.ground_points.reshape(-1, 3)[pixels]
-    if len(points) < _MIN_PIXELS or max(_sides(points)) < _MIN_EXTENT_M:
+    if len(points) < options.least_pixels or max(_sides(points)) < options.least_extent_m:
         return False
     labels = regions.labels
     bottom, top = quantiles(points[:, 2], (4, 98))
-    if top > _TALLEST_M or not _on_table(surfaces, regions, label, box, reach):
+    if top > options.tallest_m or not _on_table(surfaces, regions, label, box, reach, options=options):
         return False
-    dent = top < _LOW_M and not _unlike_table(surfaces, labels, labels[box] == label, box)
-    if dent or (len(points) < _SLIVER_PIXELS and _along_another(regions, label, box)):
+    dent = top < options.low_m and not _unlike_table(surfaces, labels, labels[box] == label, box, options=options)
+    if dent or (len(points) < options.sliver_pixels and _along_another(regions, label, box)):
         return False
     # The lower half of a round thing is not seen from above, so it seems to begin at up to half its width.
-    if bottom < max(_FLOATING_M, 0.015 + 0.5 * min(_sides(points))):
+    if bottom < max(options.floating_m, 0.015 + 0.5 * min(_sides(points))):
         return True
     below = _below(labels, label, box)
     if below is None:
@@ -70,7 +71,15 @@ def _sides(points: npt.NDArray[np.float32]) -> tuple[float, float]:
     return float(np.ptp(points[:, 0])), float(np.ptp(points[:, 1]))
 
 
-def _on_table(surfaces: Surfaces, regions: Regions, label: int, box: tuple[slice, slice], reach: Reach) -> bool:
+def _on_table(
+    surfaces: Surfaces,
+    regions: Regions,
+    label: int,
+    box: tuple[slice, slice],
+    reach: Reach,
+    *,
+    options: OnTableOptions = ON_TABLE,
+) -> bool:
     """Whether a surface is over the table that is seen, or ends at its level where things hide the table's edge."""
     pixels = regions.of(label)
     apart = reach.apart[pixels]
@@ -83,8 +92,8 @@ def _on_table(surfaces: Surfaces, regions: Regions, label: int, box: tuple[slice
     if float(inside.mean()) >= 0.6:
         outside = points[~inside]
         # An arm reaches in through the air; a pan at the table's edge lies low.
-        return not (max(_sides(outside)) > 0.2 and quantile(outside[:, 2], 50) > _IN_THE_AIR_M)
-    if float((apart <= reach.beside_m).mean()) < 0.9 or quantile(points[:, 2], 4) > 2.0 * _FLOATING_M:
+        return not (max(_sides(outside)) > 0.2 and quantile(outside[:, 2], 50) > options.in_the_air_m)
+    if float((apart <= reach.beside_m).mean()) < 0.9 or quantile(points[:, 2], 4) > 2.0 * options.floating_m:
         return False
     below = _below(regions.labels, label, box)
     if below is None:
@@ -119,7 +128,9 @@ def _around(labels: LabelImage, own: Mask, box: tuple[slice, slice], reach: int)
     return (grown > padded), (rows, columns)
 
 
-def _unlike_table(surfaces: Surfaces, labels: LabelImage, own: Mask, box: tuple[slice, slice]) -> bool:
+def _unlike_table(
+    surfaces: Surfaces, labels: LabelImage, own: Mask, box: tuple[slice, slice], *, options: OnTableOptions = ON_TABLE
+) -> bool:
     """Whether a low surface has another colour than the table about it: else it is a dent in the depth."""
     ring, where = _around(labels, own, box, 7)
     ring &= labels[where] == 0
@@ -130,7 +141,7 @@ def _unlike_table(surfaces: Surfaces, labels: LabelImage, own: Mask, box: tuple[
     middle = medians(table)
     spread = quantile(np.linalg.norm(table - middle, axis=1), 50)
     mine = np.linalg.norm(surfaces.lab[box][own] * weight - middle, axis=1)
-    return quantile(mine, 50) > max(_UNLIKE, 2.2 * spread)
+    return quantile(mine, 50) > max(options.unlike_table, 2.2 * spread)
 
 
 def _along_another(regions: Regions, label: int, box: tuple[slice, slice]) -> bool:

@@ -14,23 +14,14 @@ import numpy as np
 import numpy.typing as npt
 
 from uncom_perception.objects.segments.foreground import LabelImage
+from uncom_perception.objects.segments.options import PATCH_MERGE, PatchMergeOptions
 from uncom_perception.objects.segments.surface_patches import Patches
 from uncom_perception.types import Mask
 
 Array = npt.NDArray[np.float64]
 Numbers = npt.NDArray[np.int64]
 
-_FOLD = 0.22  # how concave a border must be to part things [sine, about], where their colours differ
-_SHARP_FOLD = 0.5  # and where they do not
-_ALIKE, _UNLIKE = 5.0, 13.0  # [Lab, lightness at half weight]
-_SOFT = 0.3  # of folds: what lies so far beyond the limit counts fully
-_MOST_AGAINST = -1.5
-_COLOUR_WEIGHT = 0.02  # of the order in which groups are joined
-_MOST_UNLIKE = 25.0
 _NO_LINK = (0.0, 0.0, 0.0)
-_TIMES_NOISE = 1.5
-_NECK, _NECK_ALIKE = 0.3, 0.12  # of a thing's width: what joins it to another must be wider than this
-_BRIDGE = 0.15  # weight of a pixel's border in a narrow bridge
 
 
 def borders(index: LabelImage, across: Mask, down: Mask) -> tuple[Numbers, Numbers, Array]:
@@ -50,33 +41,47 @@ def borders(index: LabelImage, across: Mask, down: Mask) -> tuple[Numbers, Numbe
 
 
 def with_bridges(
-    wide: tuple[Numbers, Numbers, Array], narrow: tuple[Numbers, Numbers, Array]
+    wide: tuple[Numbers, Numbers, Array],
+    narrow: tuple[Numbers, Numbers, Array],
+    *,
+    options: PatchMergeOptions = PATCH_MERGE,
 ) -> tuple[Numbers, Numbers, Array]:
     """Add to pairs of patches, and the length of their borders, those that only narrow bridges join, which say less."""
     count = 1 + max(int(side.max(initial=0)) for side in (wide[1], narrow[1]))
     new = ~np.isin(narrow[0] * count + narrow[1], wide[0] * count + wide[1])
     a, b = (np.concatenate([wide[k], narrow[k][new]]) for k in (0, 1))
-    return a, b, np.concatenate([wide[2], _BRIDGE * narrow[2][new]])
+    return a, b, np.concatenate([wide[2], options.bridge_weight * narrow[2][new]])
 
 
-def evidence(patches: Patches, a: Numbers, b: Numbers) -> tuple[Array, Array]:
+def evidence(
+    patches: Patches, a: Numbers, b: Numbers, *, options: PatchMergeOptions = PATCH_MERGE
+) -> tuple[Array, Array]:
     """Return for pairs of patches how much speaks for one thing (> 0) or two, and how unlike their colours are."""
     apart = patches.centre[a] - patches.centre[b]
     distance = np.maximum(np.sqrt(np.einsum("ij,ij->i", apart, apart)), 1e-6)
     fold = np.einsum("ij,ij->i", patches.normal[a] - patches.normal[b], apart) / distance
     unlike = (patches.lab[a] - patches.lab[b]) * np.array([0.5, 1.0, 1.0])
     colour = np.sqrt(np.einsum("ij,ij->i", unlike, unlike))
-    unlike = np.clip((colour - _ALIKE) / (_UNLIKE - _ALIKE), 0.0, 1.0)
+    unlike = np.clip((colour - options.alike) / (options.unlike - options.alike), 0.0, 1.0)
     noise = patches.noise[a] / np.maximum(np.minimum(patches.reach[a], patches.reach[b]), 1e-3)
     limit = (
-        _SHARP_FOLD
-        + (_FOLD - _SHARP_FOLD) * unlike
-        + _TIMES_NOISE * noise / np.sqrt(np.minimum(patches.size[a], patches.size[b]))
+        options.sharp_fold
+        + (options.fold - options.sharp_fold) * unlike
+        + options.noise_factor * noise / np.sqrt(np.minimum(patches.size[a], patches.size[b]))
     )
-    return np.clip((fold + limit) / _SOFT, _MOST_AGAINST, 1.0), colour
+    return np.clip((fold + limit) / options.fold_softness, options.most_against, 1.0), colour
 
 
-def merged(patches: Patches, a: Numbers, b: Numbers, length: Array, score: Array, colour: Array) -> Numbers:
+def merged(
+    patches: Patches,
+    a: Numbers,
+    b: Numbers,
+    length: Array,
+    score: Array,
+    colour: Array,
+    *,
+    options: PatchMergeOptions = PATCH_MERGE,
+) -> Numbers:
     """Return the group of each patch (N,): pairs whose common border speaks for one thing joined."""
     parent = np.arange(len(patches.size))
     width = np.sqrt(patches.size)
@@ -85,8 +90,10 @@ def merged(patches: Patches, a: Numbers, b: Numbers, length: Array, score: Array
     for i, j, *link in zip(*(v.tolist() for v in (a, b, length, for_one, unlike)), strict=True):
         links[i][j] = links[j][i] = (link[0], link[1], link[2])
     # Large things that only a narrow neck joins touch by chance, the more so if they differ in colour there.
-    wide = for_one > np.where(unlike > _ALIKE * length, _NECK, _NECK_ALIKE) * np.minimum(width[a], width[b])
-    rank = _COLOUR_WEIGHT * np.minimum(colour, _MOST_UNLIKE) * length - for_one
+    wide = for_one > np.where(unlike > options.alike * length, options.neck, options.neck_alike) * np.minimum(
+        width[a], width[b]
+    )
+    rank = options.colour_weight * np.minimum(colour, options.most_unlike) * length - for_one
     heap = list(zip(*(v[wide].tolist() for v in (rank, a, b, length)), strict=True))
     heapq.heapify(heap)
     widths = width.tolist()
@@ -95,13 +102,15 @@ def merged(patches: Patches, a: Numbers, b: Numbers, length: Array, score: Array
         current = links[i].get(j)
         if current is None or current[0] != total:
             continue
-        if current[1] <= (_NECK if current[2] > _ALIKE * total else _NECK_ALIKE) * min(widths[i], widths[j]):
+        if current[1] <= (options.neck if current[2] > options.alike * total else options.neck_alike) * min(
+            widths[i], widths[j]
+        ):
             continue
         if len(links[i]) < len(links[j]):
             i, j = j, i
         parent[j] = i
         widths[i] = math.sqrt(widths[i] ** 2 + widths[j] ** 2)
-        _hand_over(links, i, j, widths, heap)
+        _hand_over(links, i, j, widths, heap, options=options)
     while (parent[parent] != parent).any():
         parent = parent[parent]
     return parent
@@ -113,6 +122,8 @@ def _hand_over(
     j: int,
     widths: list[float],
     heap: list[tuple[float, int, int, float]],
+    *,
+    options: PatchMergeOptions = PATCH_MERGE,
 ) -> None:
     """Give group i the links of group j, which is part of it now."""
     mine = links[i]
@@ -126,7 +137,9 @@ def _hand_over(
         total, for_one, unlike = added[0] + old[0], added[1] + old[1], added[2] + old[2]
         mine[k] = other[i] = (total, for_one, unlike)
         # What did not change only grew narrower, beside larger things.
-        if for_one > (_NECK if unlike > _ALIKE * total else _NECK_ALIKE) * min(widths[i], widths[k]):
-            rank = _COLOUR_WEIGHT * min(unlike, _MOST_UNLIKE * total) - for_one
+        if for_one > (options.neck if unlike > options.alike * total else options.neck_alike) * min(
+            widths[i], widths[k]
+        ):
+            rank = options.colour_weight * min(unlike, options.most_unlike * total) - for_one
             heapq.heappush(heap, (rank, i, k, total) if i < k else (rank, k, i, total))
     links[j] = {}

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from uncom_perception.objects.segments.foreground import LabelImage, Surfaces
 from uncom_perception.objects.segments.join_fragments import alike_colours
+from uncom_perception.objects.segments.options import SPLIT, SplitOptions
 from uncom_perception.objects.segments.patch_merging import borders, evidence, merged, with_bridges
 from uncom_perception.objects.segments.regions import Regions, regions_of
 from uncom_perception.objects.segments.surface_fitting import is_floor, is_handle, is_neck
@@ -20,25 +21,18 @@ from uncom_perception.objects.segments.surface_patches import Patches, patches_o
 from uncom_perception.objects.table.order_statistics import medians, quantile
 from uncom_perception.types import Mask
 
-_MIN_PIXELS = 660  # smaller surfaces are one thing
-_MIN_PATCH = 220  # pixels that a thing has at least
-_MIN_SHARE = 0.04  # of the surface
-_SMALL_TOP_M = 0.045  # narrower things on top of others are their caps and lids
-_STRIDE = 2
-_SPARSE = 13
-_ROUNDS = 4
-_EVEN, _EVEN_SHARE = 8.0, 0.92  # of a and b in Lab, and the share of pixels within it
-_EVEN_SHADED = 0.16  # of the same, as shares of the lightness
-_SOLID = 0.95  # share of its convex outline in the image above which a surface is convex
 
-
-def split_touching(surfaces: Surfaces, regions: Regions) -> tuple[Regions, npt.NDArray[np.int32]]:
+def split_touching(
+    surfaces: Surfaces, regions: Regions, *, options: SplitOptions = SPLIT
+) -> tuple[Regions, npt.NDArray[np.int32]]:
     """Return regions in which things that meet in a fold have labels of their own, and what each was (L + 1,)."""
     unsure = np.zeros(regions.count + 1, bool)
     sizes = regions.sizes
     for label, box in regions.boxes().items():
-        unsure[label] = sizes[label] >= _MIN_PIXELS and not _plainly_one(surfaces, regions, label, box)
-    parts = _parts(surfaces, regions, unsure) if unsure.any() else None
+        unsure[label] = sizes[label] >= options.least_pixels and not _plainly_one(
+            surfaces, regions, label, box, options=options
+        )
+    parts = _parts(surfaces, regions, unsure, options=options) if unsure.any() else None
     if parts is None:
         return regions, np.arange(regions.count + 1, dtype=np.int32)
     pixels, part, surface = parts
@@ -52,24 +46,26 @@ def split_touching(surfaces: Surfaces, regions: Regions) -> tuple[Regions, npt.N
     return regions_of(labels), origin
 
 
-def _plainly_one(surfaces: Surfaces, regions: Regions, label: int, box: tuple[slice, slice]) -> bool:
+def _plainly_one(
+    surfaces: Surfaces, regions: Regions, label: int, box: tuple[slice, slice], *, options: SplitOptions = SPLIT
+) -> bool:
     """Whether a surface has one colour and a convex outline in the image, as hardly any two things together have."""
-    some = surfaces.lab.reshape(-1, 3)[regions.of(label)[::_SPARSE]]
+    some = surfaces.lab.reshape(-1, 3)[regions.of(label)[:: options.colour_stride]]
     even, shaded = np.ones((2, len(some)), bool)
     for k in (1, 2):
         relative = some[:, k] / (some[:, 0] + 12.0)  # in the shade chroma shrinks with lightness
-        even &= np.abs(some[:, k] - quantile(some[:, k], 50)) < _EVEN
-        shaded &= np.abs(relative - quantile(relative, 50)) < _EVEN_SHADED
-    if np.count_nonzero(even | shaded) < _EVEN_SHARE * len(even):
+        even &= np.abs(some[:, k] - quantile(some[:, k], 50)) < options.even_colour
+        shaded &= np.abs(relative - quantile(relative, 50)) < options.even_shaded
+    if np.count_nonzero(even | shaded) < options.even_share * len(even):
         return False
     own = (regions.labels[box] == label).view(np.uint8)
     contours = cv2.findContours(own, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[0]
     hull = cv2.convexHull(np.concatenate(contours))
-    return float(regions.sizes[label]) > _SOLID * float(cv2.contourArea(hull))
+    return float(regions.sizes[label]) > options.solid * float(cv2.contourArea(hull))
 
 
 def _parts(
-    surfaces: Surfaces, regions: Regions, unsure: Mask
+    surfaces: Surfaces, regions: Regions, unsure: Mask, *, options: SplitOptions = SPLIT
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int32]] | None:
     """Put surfaces that may be several things together from patches.
 
@@ -77,27 +73,32 @@ def _parts(
         The (flat) pixels of those surfaces, the part (N,) that each is of, and the surface that each part is of (P,);
         part 0 is void. None if there is nothing to look at.
     """
-    coarse = surfaces.thinned(_STRIDE)
+    coarse = surfaces.thinned(options.stride)
     points = coarse.ground_points
-    labels = np.where(unsure, np.arange(len(unsure), dtype=np.int32), 0)[regions.labels[::_STRIDE, ::_STRIDE]]
+    labels = np.where(unsure, np.arange(len(unsure), dtype=np.int32), 0)[
+        regions.labels[:: options.stride, :: options.stride]
+    ]
     labels[~np.isfinite(points[..., 2])] = 0
-    enough = np.bincount(labels.ravel(), minlength=len(unsure)) >= _MIN_PIXELS // _STRIDE**2
+    enough = np.bincount(labels.ravel(), minlength=len(unsure)) >= options.least_pixels // options.stride**2
     enough[0] = False
     if not enough.any():
         return None
     labels[~enough[labels]] = 0
     patches = patches_of(points, _normals(points, np.flatnonzero(labels)), coarse.lab, labels, coarse.pixel_m)
     pixels = np.concatenate([regions.of(label) for label in np.flatnonzero(enough).tolist()])
-    index = _grown(patches, regions, pixels)
+    index = _grown(patches, regions, pixels, options=options)
     a, b, length = borders(patches.index, coarse.across, coarse.down)
     a, b, length = with_bridges((a, b, length), borders(index, surfaces.across, surfaces.down))
     group = np.arange(len(patches.size))
     if len(a):
         score, colour = evidence(patches, a, b)
         group = merged(patches, a, b, length, score, colour)
-        least = np.maximum(_MIN_PATCH, _MIN_SHARE * regions.sizes[patches.surface]) / _STRIDE**2
+        least = (
+            np.maximum(options.least_part_pixels, options.least_part_share * regions.sizes[patches.surface])
+            / options.stride**2
+        )
         group = _without_scraps(group, patches.size, (a, b, length), least)
-        group = _with_fittings(group, patches, points, (a, b))
+        group = _with_fittings(group, patches, points, (a, b), options=options)
     kept, numbers = np.unique(group[1:], return_inverse=True)
     surface = np.concatenate([[0], patches.surface[kept]]).astype(np.int32)
     return pixels, np.concatenate([[0], numbers.reshape(-1) + 1])[index.ravel()[pixels]], surface
@@ -136,6 +137,8 @@ def _with_fittings(
     patches: Patches,
     points: npt.NDArray[np.float32],
     pairs: tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]],
+    *,
+    options: SplitOptions = SPLIT,
 ) -> npt.NDArray[np.int64]:
     """Join groups that are caps, handles or floors of others with them."""
     group = group.copy()
@@ -160,7 +163,7 @@ def _with_fittings(
         fitting = None
         for pair in sorted(touching - apart):
             (one, colour), (other, other_colour) = (looks(k) for k in pair)
-            if _fit(one, other, colour, other_colour):
+            if _fit(one, other, colour, other_colour, options=options):
                 fitting = pair
                 break
             apart.add(pair)
@@ -177,15 +180,21 @@ def _fit(
     other: npt.NDArray[np.float32],
     colour: npt.NDArray[np.float64],
     other_colour: npt.NDArray[np.float64],
+    *,
+    options: SplitOptions = SPLIT,
 ) -> bool:
     alike = alike_colours(colour, other_colour)
-    return _is_fitting(one, other, alike=alike) or _is_fitting(other, one, alike=alike)
+    return _is_fitting(one, other, alike=alike, options=options) or _is_fitting(
+        other, one, alike=alike, options=options
+    )
 
 
-def _grown(patches: Patches, regions: Regions, pixels: npt.NDArray[np.int64]) -> LabelImage:
+def _grown(
+    patches: Patches, regions: Regions, pixels: npt.NDArray[np.int64], *, options: SplitOptions = SPLIT
+) -> LabelImage:
     """Give each of the (flat) pixels the number of a patch next to it, of its own surface, in the thinned image."""
     height, width = regions.labels.shape
-    near = np.repeat(np.repeat(patches.index, _STRIDE, 0), _STRIDE, 1)[:height, :width]
+    near = np.repeat(np.repeat(patches.index, options.stride, 0), options.stride, 1)[:height, :width]
     # With a border, so that all pixels have neighbours.
     full = np.zeros((height + 2, width + 2), np.int32)
     full[1:-1, 1:-1] = near
@@ -196,7 +205,7 @@ def _grown(patches: Patches, regions: Regions, pixels: npt.NDArray[np.int64]) ->
     numbers[wrong] = 0
     full.fill(0)
     full.ravel()[places] = numbers
-    for _ in range(_ROUNDS):
+    for _ in range(options.rounds):
         if len(wrong) == 0:
             break
         for step in (-1, 1, -width - 2, width + 2, -width - 3, -width - 1, width + 1, width + 3):
@@ -241,11 +250,13 @@ def _cross(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> npt.NDArra
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
 
 
-def _is_fitting(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32], *, alike: bool) -> bool:
+def _is_fitting(
+    mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32], *, alike: bool, options: SplitOptions = SPLIT
+) -> bool:
     """Whether a patch is a small top of another (cap, lid, stem), its neck, or a thin part that it holds (handle)."""
     length = max(cv2.minAreaRect(cv2.convexHull(np.ascontiguousarray(mine[:, :2])))[1])
     low = quantile(mine[:, 2], 5)
-    if low > quantile(theirs[:, 2], 80) and length < _SMALL_TOP_M:
+    if low > quantile(theirs[:, 2], 80) and length < options.small_top_m:
         return True
     if alike and is_neck(mine, theirs):
         return True

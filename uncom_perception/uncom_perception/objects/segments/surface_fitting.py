@@ -10,75 +10,84 @@ import shapely
 from shapely.geometry import Polygon
 
 from uncom_perception.objects.attributes.shape import body_sides
+from uncom_perception.objects.segments.options import SURFACE_FIT, SurfaceFitOptions
 from uncom_perception.objects.table.order_statistics import quantile
 
-_CELL_M = 0.005
-FRAGMENT_PIXELS = 90  # smaller surfaces are too little to tell a body
-_BODY_M = 0.035
-_WITHIN = 0.7  # share of a floor that lies within the rim, seen from above
-_WITHIN_ALIKE = 0.45  # likewise where their colours are alike: part of the rim may be hidden
-_HOLDS, _HOLDS_ALIKE = 2.0, 0.15  # seen of a thing, over what is seen of its handle
-_FLOOR_M, _BESIDE_SHARE = 0.02, 0.25
-_LEAST_HANDLE_M = 0.025  # a shorter one is no reason to look twice
-_HIGHEST_HANDLE_M = 0.12
-RIM_M = 0.025  # inside and outside of a hollow thing end at one rim
-_TALL_M, _SHOULDER_M, _NECK_M, _NECK_SHARE = 0.1, 0.01, 0.075, 0.5  # of bottles
-_TOP_M = 0.012
-_TOP_WIDTH_M = 0.028
 
-
-def may_be_hollow(one: npt.NDArray[np.float32], other: npt.NDArray[np.float32]) -> bool:
+def may_be_hollow(
+    one: npt.NDArray[np.float32], other: npt.NDArray[np.float32], *, options: SurfaceFitOptions = SURFACE_FIT
+) -> bool:
     """Whether points (N, 3) and (M, 3) may be inside and outside of one thing."""
-    if stands(one) and stands(other):
+    if stands(one, options=options) and stands(other, options=options):
         return False
-    level = abs(quantile(one[:, 2], 98) - quantile(other[:, 2], 98)) < RIM_M
-    return level or is_floor(one, other, alike=True) or is_floor(other, one, alike=True)
+    level = abs(quantile(one[:, 2], 98) - quantile(other[:, 2], 98)) < options.rim_m
+    return (
+        level or is_floor(one, other, alike=True, options=options) or is_floor(other, one, alike=True, options=options)
+    )
 
 
-def is_handle(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32], *, alike: bool = False) -> bool:
+def is_handle(
+    mine: npt.NDArray[np.float32],
+    theirs: npt.NDArray[np.float32],
+    *,
+    alike: bool = False,
+    options: SurfaceFitOptions = SURFACE_FIT,
+) -> bool:
     """Whether points (N, 3) are a long thin part in the air, which the thing beside it must hold.
 
     Of that thing as much must be seen, or a part if their colours are alike.
     """
-    least = _HOLDS_ALIKE if alike else _HOLDS
+    least = options.holds_alike if alike else options.holds
     if quantile(mine[:, 2], 5) < 0.02 or len(theirs) < least * len(mine):
         return False
     width, length = sorted(cv2.minAreaRect(cv2.convexHull(np.ascontiguousarray(mine[:, :2])))[1])
     hull = cv2.convexHull(np.ascontiguousarray(theirs[:, :2]))
     middle = mine[:, :2].mean(axis=0)
-    if width > 0.05 or length < 2.0 * width or quantile(mine[:, 2], 95) > _HIGHEST_HANDLE_M:
+    if width > 0.05 or length < 2.0 * width or quantile(mine[:, 2], 95) > options.highest_handle_m:
         return False
     gap = -cv2.pointPolygonTest(hull, (float(middle[0]), float(middle[1])), True)
     return bool(0.0 < gap < 0.5 * length + 0.03)
 
 
-def is_neck(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32]) -> bool:
+def is_neck(
+    mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32], *, options: SurfaceFitOptions = SURFACE_FIT
+) -> bool:
     """Whether points (N, 3) are the narrow top of a tall thing of their colour, which others (M, 3) are the body of.
 
     The body of a bottle ends in no top of its own, as a can does that something stands on.
     """
     low, high = quantile(mine[:, 2], 5), quantile(mine[:, 2], 98)
     body = quantile(theirs[:, 2], 98)
-    if body < _TALL_M or low < body - _SHOULDER_M or high - low > _NECK_SHARE * body:
+    if (
+        body < options.bottle_height_m
+        or low < body - options.bottle_shoulder_m
+        or high - low > options.bottle_neck_share * body
+    ):
         return False
     length = max(cv2.minAreaRect(cv2.convexHull(np.ascontiguousarray(mine[:, :2])))[1])
-    if length > _NECK_M or has_top(theirs):
+    if length > options.bottle_neck_m or has_top(theirs, options=options):
         return False
-    return _share_within(mine, theirs) > _WITHIN_ALIKE
+    return _share_within(mine, theirs) > options.within_alike
 
 
-def is_floor(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32], *, alike: bool = False) -> bool:
+def is_floor(
+    mine: npt.NDArray[np.float32],
+    theirs: npt.NDArray[np.float32],
+    *,
+    alike: bool = False,
+    options: SurfaceFitOptions = SURFACE_FIT,
+) -> bool:
     """Whether points (N, 3) lie, seen from above, within the rim of others (M, 3): the inside of a hollow thing.
 
     If their colours are alike, part of the rim may be hidden: the floor of a pan, which its wall rises beside.
     """
     if quantile(mine[:, 2], 95) >= quantile(theirs[:, 2], 95):
         return False
-    if _share_within(mine, theirs) >= (_WITHIN_ALIKE if alike else _WITHIN):
+    if _share_within(mine, theirs) >= (options.within_alike if alike else options.within):
         return True
-    low = quantile(mine[:, 2], 95) < _FLOOR_M and quantile(theirs[:, 2], 5) < 1.5 * _FLOOR_M
-    shallow = quantile(theirs[:, 2], 95) < _HIGHEST_HANDLE_M
-    return alike and low and shallow and _share_within(theirs, mine) < _BESIDE_SHARE
+    low = quantile(mine[:, 2], 95) < options.floor_m and quantile(theirs[:, 2], 5) < 1.5 * options.floor_m
+    shallow = quantile(theirs[:, 2], 95) < options.highest_handle_m
+    return alike and low and shallow and _share_within(theirs, mine) < options.beside_share
 
 
 def _share_within(points: npt.NDArray[np.float32], others: npt.NDArray[np.float32]) -> float:
@@ -102,29 +111,35 @@ def one_body(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> bool:
     return bool(max(sides[2]) < 1.15 * longest + 0.006 and min(sides[2]) > 0.5 * min(longest, 0.25))
 
 
-def held_by(mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32]) -> bool:
+def held_by(
+    mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32], *, options: SurfaceFitOptions = SURFACE_FIT
+) -> bool:
     """Whether points (N, 3) are a handle and a part of the body that it is on, of which the others (M, 3) are, too."""
     (long_side, short_side), handle = body_sides(np.concatenate([mine, theirs]))
     sides = cv2.minAreaRect(cv2.convexHull(np.ascontiguousarray(theirs[:, :2])))[1]
     return bool(
-        handle > _LEAST_HANDLE_M
+        handle > options.least_handle_m
         and long_side < 1.15 * max(sides) + 0.006
         and short_side > 0.5 * max(sides)
-        and max(quantile(mine[:, 2], 95), quantile(theirs[:, 2], 95)) < _HIGHEST_HANDLE_M
+        and max(quantile(mine[:, 2], 95), quantile(theirs[:, 2], 95)) < options.highest_handle_m
     )
 
 
-def has_top(points: npt.NDArray[np.float32]) -> bool:
+def has_top(points: npt.NDArray[np.float32], *, options: SurfaceFitOptions = SURFACE_FIT) -> bool:
     """Whether points (N, 3) end in a surface seen from above, as solid things do, and not in a rim."""
-    high = points[points[:, 2] > quantile(points[:, 2], 98) - _TOP_M]
+    high = points[points[:, 2] > quantile(points[:, 2], 98) - options.top_m]
     hull = cv2.convexHull(np.ascontiguousarray(high[:, :2]))
-    if len(high) < 10 or min(cv2.minAreaRect(hull)[1]) < _TOP_WIDTH_M:
+    if len(high) < 10 or min(cv2.minAreaRect(hull)[1]) < options.top_width_m:
         return False
-    column, row = (np.floor(high[:, axis] / np.float32(_CELL_M)).astype(np.int64) for axis in (0, 1))
+    column, row = (np.floor(high[:, axis] / np.float32(options.cell_m)).astype(np.int64) for axis in (0, 1))
     cells = len(np.unique(column * 100_000 + row))
-    return bool(cells * _CELL_M**2 > 0.6 * float(cv2.contourArea(hull)))
+    return bool(cells * options.cell_m**2 > 0.6 * float(cv2.contourArea(hull)))
 
 
-def stands(points: npt.NDArray[np.float32]) -> bool:
+def stands(points: npt.NDArray[np.float32], *, options: SurfaceFitOptions = SURFACE_FIT) -> bool:
     """Whether points (N, 3) are a solid body with a top of its own."""
-    return len(points) >= FRAGMENT_PIXELS and quantile(points[:, 2], 98) > _BODY_M and has_top(points)
+    return (
+        len(points) >= options.fragment_pixels
+        and quantile(points[:, 2], 98) > options.body_m
+        and has_top(points, options=options)
+    )

@@ -9,18 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.objects.segments.options import SURFACE_PATCHES, SurfacePatchOptions
 from uncom_perception.objects.table.order_statistics import quantile
 
 Array = npt.NDArray[np.float64]
 FloatImage = npt.NDArray[np.float32]
 Index = npt.NDArray[np.int32]
 Numbers = npt.NDArray[np.int64]
-
-_LEAST_SPACING = 6  # pixels between patches
-_COLOUR = 14.0  # [Lab] as far as one spacing is in space
-_SLOPE = 0.55  # between unit normals, likewise
-_MOST = 220  # about so many patches of one surface; those of large ones are wider
-_MIN_POINTS = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,10 +38,19 @@ class Patches:
     noise: Array
 
 
-def patches_of(points: FloatImage, normals: FloatImage, lab: FloatImage, surfaces: Index, pixel_m: float) -> Patches:
+def patches_of(
+    points: FloatImage,
+    normals: FloatImage,
+    lab: FloatImage,
+    surfaces: Index,
+    pixel_m: float,
+    *,
+    options: SurfacePatchOptions = SURFACE_PATCHES,
+) -> Patches:
     """Cut surfaces into patches about _LEAST_SPACING pixels wide or more.
 
     Args:
+        options: numbers that tune it.
         points: (H, W, 3) [m].
         normals: (H, W, 3), about unit vectors.
         lab: (H, W, 3).
@@ -56,19 +60,19 @@ def patches_of(points: FloatImage, normals: FloatImage, lab: FloatImage, surface
     used = np.flatnonzero(surfaces)
     v, u = np.divmod(used, surfaces.shape[1])
     ids = surfaces.ravel()[used]
-    spacings = np.maximum(_LEAST_SPACING, np.round(np.sqrt(np.bincount(ids) / _MOST))).astype(np.int64)
+    spacings = np.maximum(options.least_spacing_px, np.round(np.sqrt(np.bincount(ids) / options.most))).astype(np.int64)
     spacing = spacings[ids]
     place, slope, colour = (image.reshape(-1, 3)[used] for image in (points, normals, lab))
-    weight = np.array([0.5, 1.0, 1.0], np.float32) / np.float32(_COLOUR)
+    weight = np.array([0.5, 1.0, 1.0], np.float32) / np.float32(options.colour)
     scale = (1.0 / (spacing * pixel_m)).astype(np.float32)[:, None]
-    features = np.concatenate([place * scale, slope * np.float32(1.0 / _SLOPE), colour * weight], axis=1)
+    features = np.concatenate([place * scale, slope * np.float32(1.0 / options.slope), colour * weight], axis=1)
     row, column = ((k - _least(k, ids)[ids]) // spacing for k in (v, u))
     chosen = _nearest_seeds(features, *_cells(row, column, ids))
     counts = np.bincount(chosen)
     numbers = np.asarray(np.cumsum(counts > 0), np.int64)[chosen]
     index = np.zeros(surfaces.shape, np.int32)
     index.ravel()[used] = numbers
-    return _measured(index, numbers, ids, (place.astype(float), slope, colour), pixel_m)
+    return _measured(index, numbers, ids, (place.astype(float), slope, colour), pixel_m, options=options)
 
 
 def _cells(row: Numbers, column: Numbers, ids: Index) -> tuple[Numbers, Numbers, int]:
@@ -111,7 +115,13 @@ def _nearest_seeds(features: FloatImage, cell: Numbers, length: Numbers, total: 
 
 
 def _measured(
-    index: Index, numbers: Numbers, ids: Index, values: tuple[Array, FloatImage, FloatImage], pixel_m: float
+    index: Index,
+    numbers: Numbers,
+    ids: Index,
+    values: tuple[Array, FloatImage, FloatImage],
+    pixel_m: float,
+    *,
+    options: SurfacePatchOptions = SURFACE_PATCHES,
 ) -> Patches:
     """Fit a plane to each patch; values are the pixels' points, normals and colours (N, 3)."""
     points, normals, lab = values
@@ -134,7 +144,7 @@ def _measured(
     normal = vectors[:, :, 0]
     normal = normal * np.where(np.einsum("ij,ij->i", normal, rough) < 0.0, -1.0, 1.0)[:, None]
     # Too few points, or points in a row, tell no slope: that of the wider neighbourhood is taken.
-    poor = (size < _MIN_POINTS) | (widths[:, 1] < (0.4 * pixel_m) ** 2)
+    poor = (size < options.least_points) | (widths[:, 1] < (0.4 * pixel_m) ** 2)
     normal[poor] = rough[poor] / np.maximum(np.linalg.norm(rough[poor], axis=1, keepdims=True), 1e-6)
     uneven = np.sqrt(np.maximum(widths[:, 0], 0.0))
     reach = np.sqrt(3.0 * np.maximum(widths[:, 1], (0.4 * pixel_m) ** 2))

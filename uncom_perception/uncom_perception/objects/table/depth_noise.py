@@ -9,20 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.objects.table.options import DEPTH_NOISE, DepthNoiseOptions
 from uncom_perception.objects.table.order_statistics import quantile
 from uncom_perception.objects.table.table_plane import lowest_layer
 
 FloatImage = npt.NDArray[np.float32]
-
-_BANDS = 6
-_MOST_NOISE_M = 0.012
-_TIMES_NOISE = 4.0
-_BOW_M = 0.0012  # a smaller bow is not worth its correction
-_REACH_M = 0.02
-_FAR_OFF_M = 0.05
-_HARDLY = 0.7  # of it, on what surely is table: the camera has no bow
-_STRIDE = 8
-_SPARSE = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,23 +27,28 @@ class NoiseModel:
     def least_height(self, depth: FloatImage, least_m: float) -> FloatImage:
         """Return the height (H, W) above which a pixel at a depth (H, W) [m] is no longer table [m]."""
         height = depth * depth
-        height *= np.float32(_TIMES_NOISE * self.scale)
-        np.maximum(height, np.float32(max(_TIMES_NOISE * self.floor_m, least_m)), out=height)
+        height *= np.float32(DEPTH_NOISE.noise_factor * self.scale)
+        np.maximum(height, np.float32(max(DEPTH_NOISE.noise_factor * self.floor_m, least_m)), out=height)
         height += np.float32(self.level_m)
         return np.asarray(height, dtype=np.float32)
 
 
-def measure_noise(wide: FloatImage, depth: FloatImage, on_table: npt.NDArray[np.bool_]) -> NoiseModel:
+def measure_noise(
+    wide: FloatImage, depth: FloatImage, on_table: npt.NDArray[np.bool_], *, options: DepthNoiseOptions = DEPTH_NOISE
+) -> NoiseModel:
     """Measure the noise of heights averaged over 5 x 5 pixels (H, W) on table pixels, in bands of distance.
 
     Things only add points above the table, so that the spread below its level is noise alone.
     """
-    some = on_table[::_SPARSE, ::_SPARSE]
-    heights, depths = wide[::_SPARSE, ::_SPARSE][some], depth[::_SPARSE, ::_SPARSE][some]
+    some = on_table[:: options.noise_stride, :: options.noise_stride]
+    heights, depths = (
+        wide[:: options.noise_stride, :: options.noise_stride][some],
+        depth[:: options.noise_stride, :: options.noise_stride][some],
+    )
     if len(heights) < 200:
         return NoiseModel(0.0, 0.0, 0.002)
     level, floor = lowest_layer(heights)
-    edges = np.quantile(depths[:: max(1, len(depths) // 2000)], np.linspace(0.0, 1.0, _BANDS + 1))
+    edges = np.quantile(depths[:: max(1, len(depths) // 2000)], np.linspace(0.0, 1.0, options.bands + 1))
     scales = []
     for near, far in itertools.pairwise(edges.tolist()):
         band = heights[(depths >= near) & (depths <= far)]
@@ -61,35 +57,37 @@ def measure_noise(wide: FloatImage, depth: FloatImage, on_table: npt.NDArray[np.
             scales.append(1.4826 * (level - quantile(below, 50)) / (0.5 * (near + far)) ** 2)
     scale = float(np.median(scales)) if scales else floor
     middle = quantile(depths, 50)
-    return NoiseModel(level, min(scale, _MOST_NOISE_M / middle**2), min(0.5 * floor, _MOST_NOISE_M))
+    return NoiseModel(level, min(scale, options.most_noise_m / middle**2), min(0.5 * floor, options.most_noise_m))
 
 
-def bow(height: FloatImage, on_table: npt.NDArray[np.bool_]) -> FloatImage | None:
+def bow(
+    height: FloatImage, on_table: npt.NDArray[np.bool_], *, options: DepthNoiseOptions = DEPTH_NOISE
+) -> FloatImage | None:
     """Return by how much a flat table (H, W) looks bowed [m], as a surface of second order; None if hardly at all.
 
     The fit begins with what surely is table and takes in, round by round, what continues it.
     """
     rows, columns = height.shape
-    v, u = np.nonzero(np.abs(height[::_STRIDE, ::_STRIDE]) < _FAR_OFF_M)
-    sure = on_table[::_STRIDE, ::_STRIDE][v, u]
+    v, u = np.nonzero(np.abs(height[:: options.bow_stride, :: options.bow_stride]) < options.far_off_m)
+    sure = on_table[:: options.bow_stride, :: options.bow_stride][v, u]
     if np.count_nonzero(sure) < 200:
         return None
-    values = height[::_STRIDE, ::_STRIDE][v, u].astype(float)
-    terms = _terms(2.0 * u * _STRIDE / columns - 1.0, 2.0 * v * _STRIDE / rows - 1.0)
+    values = height[:: options.bow_stride, :: options.bow_stride][v, u].astype(float)
+    terms = _terms(2.0 * u * options.bow_stride / columns - 1.0, 2.0 * v * options.bow_stride / rows - 1.0)
     keep = sure
-    coefficients, fitted, spread = np.zeros(6), values, _REACH_M
+    coefficients, fitted, spread = np.zeros(6), values, options.fit_reach_m
     for _ in range(6):
         kept = terms[keep]  # few, well scaled terms: the normal equations are as good, and quick
         coefficients = np.linalg.lstsq(kept.T @ kept, kept.T @ values[keep], rcond=None)[0]
         fitted = terms @ coefficients
-        if float(np.ptp(fitted[sure])) < _HARDLY * _BOW_M:
+        if float(np.ptp(fitted[sure])) < options.least_gain * options.least_bow_m:
             return None
         rest = values - fitted
         spread = 1.4826 * quantile(np.abs(rest[keep]), 50)
         keep = (rest > -3.0 * spread) & (rest < 2.0 * spread)
         if np.count_nonzero(keep) < 120:
             return None
-    if float(np.ptp(fitted[keep])) < _BOW_M or float(np.abs(fitted[keep]).max()) > _FAR_OFF_M:
+    if float(np.ptp(fitted[keep])) < options.least_bow_m or float(np.abs(fitted[keep]).max()) > options.far_off_m:
         return None
     c = coefficients
     ys = (2.0 * np.arange(rows) / rows - 1.0)[:, None]

@@ -6,17 +6,17 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.objects.table.options import DEPTH_CLEANING, DepthCleaningOptions
+
 FloatImage = npt.NDArray[np.float32]
 
-_STEEPEST = 4.5  # tangent of the angle between line of sight and normal that surfaces are still seen at (77 degrees)
 
-
-def without_flying(depth: FloatImage, focal_px: float) -> FloatImage:
+def without_flying(depth: FloatImage, focal_px: float, *, options: DepthCleaningOptions = DEPTH_CLEANING) -> FloatImage:
     """Return a depth image (H, W) [m] without the pixels that hang between a nearer and a farther neighbour.
 
     At a sharp edge either side has neighbours of its own; on a smear every pixel steps on both sides, the same way.
     """
-    limit = depth * np.float32(_STEEPEST / focal_px)
+    limit = depth * np.float32(options.steepest / focal_px)
     flying = []
     with np.errstate(invalid="ignore"):
         for beside in (1, depth.shape[1]):

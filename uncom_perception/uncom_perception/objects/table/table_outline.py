@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
 
 import cv2
 import numpy as np
@@ -15,14 +14,12 @@ from shapely.geometry import box as shapely_box
 from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import apply, invert
 
+from uncom_perception.objects.table.options import TABLE_OUTLINE, TableOutlineOptions
 from uncom_perception.objects.table.table_plane import Plane
 from uncom_perception.types import Mask, TableSurface
 
 FloatArray = npt.NDArray[np.float64]
 PointImage = npt.NDArray[np.float32]
-
-_CELL_M = 0.005
-_SEEN_THROUGH_SHARE = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +77,13 @@ def table_pixels(height: npt.NDArray[np.float32], sigma_m: float) -> Mask:
 
 
 def find_table(
-    ground_points: PointImage, on_table: Mask, ground: Ground, camera: PinholeCamera, frame_to_camera: FloatArray
+    ground_points: PointImage,
+    on_table: Mask,
+    ground: Ground,
+    camera: PinholeCamera,
+    frame_to_camera: FloatArray,
+    *,
+    options: TableOutlineOptions = TABLE_OUTLINE,
 ) -> tuple[TableSurface, FloatArray]:
     """Return the table's surface, and its outline (N, 2) on the ground [m].
 
@@ -92,7 +95,7 @@ def find_table(
     hull = cv2.convexHull(np.ascontiguousarray(ground_points[border[:, 1], border[:, 0], :2]))[:, 0]
     rectangle = cv2.boxPoints(cv2.minAreaRect(hull))
     outline = np.asarray(hull, dtype=float)
-    if not _contradicted(rectangle, hull, ground_points, ground, camera, frame_to_camera):
+    if not _contradicted(rectangle, hull, ground_points, ground, camera, frame_to_camera, options=options):
         outline = np.asarray(rectangle, dtype=float)
     else:
         outline = np.asarray(cv2.approxPolyDP(outline.astype(np.float32)[:, None], 0.004, True)[:, 0], dtype=float)
@@ -110,6 +113,8 @@ def _contradicted(
     ground: Ground,
     camera: PinholeCamera,
     frame_to_camera: FloatArray,
+    *,
+    options: TableOutlineOptions = TABLE_OUTLINE,
 ) -> bool:
     """Whether the camera sees through the rectangle beside the hull: there is no table there."""
     origin, a, b = rectangle[0], rectangle[1] - rectangle[0], rectangle[3] - rectangle[0]
@@ -124,7 +129,7 @@ def _contradicted(
     u, v = pixels[:, 0], pixels[:, 1]
     inside = (u >= 0) & (v >= 0) & (u < camera.width) & (v < camera.height)
     height = ground_points[v[inside], u[inside], 2]
-    return float((height < -0.03).sum()) / len(flat) > _SEEN_THROUGH_SHARE
+    return float((height < -0.03).sum()) / len(flat) > options.seen_through_share
 
 
 def _image_polygon(corners_camera: FloatArray, camera: PinholeCamera) -> FloatArray:
@@ -134,27 +139,31 @@ def _image_polygon(corners_camera: FloatArray, camera: PinholeCamera) -> FloatAr
     dense = np.concatenate(edges)
     pixels = camera.project(dense[dense[:, 2] > 0.05])
     shape = Polygon(pixels).buffer(0) & shapely_box(0, 0, camera.width - 1, camera.height - 1)
-    if shape.is_empty or not isinstance(shape, Polygon):
+    outer = shape.simplify(0.5)
+    if not isinstance(outer, Polygon) or outer.is_empty:
         return np.zeros((0, 2))
-    return np.asarray(cast("Polygon", shape.simplify(0.5)).exterior.coords[:-1], dtype=np.float64)
+    return np.asarray(outer.exterior.coords[:-1], dtype=np.float64)
 
 
 class TopDown:
     """A raster over the table seen from above, for fast questions about places (cells of 5 mm)."""
 
-    def __init__(self, outline: FloatArray, reach_m: float) -> None:
+    def __init__(self, outline: FloatArray, reach_m: float, *, options: TableOutlineOptions = TABLE_OUTLINE) -> None:
         """Cover an outline (N, 2) and what is at most reach_m around it."""
+        self._options = options
         self._origin = (outline.min(axis=0) - reach_m - 0.02).astype(np.float32)
-        size = np.ceil((outline.max(axis=0) + reach_m + 0.02 - self._origin) / _CELL_M).astype(int)
+        size = np.ceil((outline.max(axis=0) + reach_m + 0.02 - self._origin) / self._options.cell_m).astype(int)
         raster = np.ones((int(size[1]), int(size[0])), np.uint8)
-        corners = np.round((outline - self._origin) / _CELL_M).astype(np.int32)
+        corners = np.round((outline - self._origin) / self._options.cell_m).astype(np.int32)
         cv2.fillPoly(raster, [corners.reshape(-1, 1, 2)], 0)
-        self._distance = cv2.distanceTransform(raster, cv2.DIST_L2, 3) * np.float32(_CELL_M)
+        self._distance = cv2.distanceTransform(raster, cv2.DIST_L2, 3) * np.float32(self._options.cell_m)
         self.reach_m = reach_m
 
     def distance(self, flat: npt.NDArray[np.floating]) -> npt.NDArray[np.float32]:
         """Return how far known places (N, 2) [m] are from the outline, 0 within; infinite beyond the reach."""
-        x, y = (((flat[:, k] - self._origin[k]) * np.float32(1.0 / _CELL_M)).astype(np.int32) for k in (0, 1))
+        x, y = (
+            ((flat[:, k] - self._origin[k]) * np.float32(1.0 / self._options.cell_m)).astype(np.int32) for k in (0, 1)
+        )
         rows, columns = self._distance.shape
         valid = (x >= 0) & (y >= 0) & (x < columns) & (y < rows)
         found = np.full(len(flat), np.inf, np.float32)

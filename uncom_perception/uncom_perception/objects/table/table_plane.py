@@ -12,19 +12,10 @@ import numpy.typing as npt
 from skimage.measure import ransac
 
 from uncom_perception.exceptions import TableNotFoundError
+from uncom_perception.objects.table.options import TABLE_PLANE, TablePlaneOptions
 from uncom_perception.objects.table.order_statistics import quantile
 
 FloatArray = npt.NDArray[np.float64]
-_SAMPLE = 900
-_REFINING = 4000
-_INLIER_M = 0.008
-_STOREY_M = 0.2  # level planes further apart than this are a table and the floor, or a seat
-_FLOOR_SHARE = 0.12  # of the floor's pixels: what a table must have at least
-_LAYER_M, _LAYER_BIN_M = 0.016, 0.0005  # about the plane: where its lowest layer is looked for
-_MIN_SHARE = 0.04  # of the sampled points
-_MIN_TABLE_Z_M, _MAX_TABLE_Z_M = 0.25, 1.4  # over the floor: what may be a table where the base frame is known
-_MAX_TILT_BASE = np.cos(np.radians(8.0))
-_MAX_TILT_CAMERA = np.cos(np.radians(85.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,14 +70,13 @@ class _PlaneModel:
         return np.asarray(np.abs(data @ normal - offset))
 
 
-# Less tilt [rad] or shift [m] in a round of the fit than this is a tenth of a millimetre at the end of the table.
-_SETTLED_RAD = 1e-4
-
-
-def find_table_plane(flat: FloatArray, up: FloatArray, *, gravity_known: bool, seed: int = 0) -> Plane:
+def find_table_plane(
+    flat: FloatArray, up: FloatArray, *, gravity_known: bool, seed: int = 0, options: TablePlaneOptions = TABLE_PLANE
+) -> Plane:
     """Find the plane of the table among points (N, 3) [m].
 
     Args:
+        options: numbers that tune it.
         flat: the points, about evenly spread over the image.
         up: roughly upwards; exactly so, from the floor at 0, if gravity_known (base frame).
         gravity_known: whether only level planes at the height of tables are looked for.
@@ -97,7 +87,7 @@ def find_table_plane(flat: FloatArray, up: FloatArray, *, gravity_known: bool, s
     """
     if gravity_known:
         z = flat @ up
-        flat = flat[(z > _MIN_TABLE_Z_M) & (z < _MAX_TABLE_Z_M)]
+        flat = flat[(z > options.least_table_z_m) & (z < options.greatest_table_z_m)]
     rng = np.random.default_rng(seed)
     if len(flat) < 200:
         raise TableNotFoundError("no table seen: too few points with depth; look at the table from 0.4 to 2 m")
@@ -105,15 +95,17 @@ def find_table_plane(flat: FloatArray, up: FloatArray, *, gravity_known: bool, s
     best: Plane | None = None
     best_score = 0.0
     for _ in range(3):
-        if len(flat) < max(100, _MIN_SHARE * total):
+        if len(flat) < max(100, options.least_share * total):
             break
-        plane = _fit_once(flat, up, gravity_known=gravity_known, rng=rng)
+        plane = _fit_once(flat, up, gravity_known=gravity_known, rng=rng, options=options)
         if plane is None:
             break
-        inlier = np.abs(flat @ plane.normal - plane.offset) < _INLIER_M
+        inlier = np.abs(flat @ plane.normal - plane.offset) < options.inlier_m
         # Level planes are likelier tables; of two, the one nearer to the camera (higher) is the table, not the floor.
         score = inlier.sum() * (0.3 + abs(float(plane.normal @ up)))
-        if inlier.sum() >= _MIN_SHARE * total and (best is None or _likelier(plane, score, best, best_score)):
+        if inlier.sum() >= options.least_share * total and (
+            best is None or _likelier(plane, score, best, best_score, options=options)
+        ):
             best, best_score = plane, score
         if gravity_known and inlier.sum() > 0.5 * total:
             break
@@ -123,18 +115,27 @@ def find_table_plane(flat: FloatArray, up: FloatArray, *, gravity_known: bool, s
     return best
 
 
-def _likelier(plane: Plane, score: float, other: Plane, other_score: float) -> bool:
+def _likelier(
+    plane: Plane, score: float, other: Plane, other_score: float, *, options: TablePlaneOptions = TABLE_PLANE
+) -> bool:
     """Whether a plane is the table rather than another one: of two level ones the higher, if it is not much smaller."""
     parallel = float(plane.normal @ other.normal) > np.cos(np.radians(10.0))
-    if parallel and abs(plane.offset - other.offset) > _STOREY_M:
+    if parallel and abs(plane.offset - other.offset) > options.storey_m:
         higher = plane.offset > other.offset
-        return score > _FLOOR_SHARE * other_score if higher else other_score < _FLOOR_SHARE * score
+        return score > options.floor_share * other_score if higher else other_score < options.floor_share * score
     return score > other_score
 
 
-def _fit_once(flat: FloatArray, up: FloatArray, *, gravity_known: bool, rng: np.random.Generator) -> Plane | None:
-    limit = _MAX_TILT_BASE if gravity_known else _MAX_TILT_CAMERA
-    sample: FloatArray = flat[rng.choice(len(flat), min(_SAMPLE, len(flat)), replace=False)]
+def _fit_once(
+    flat: FloatArray,
+    up: FloatArray,
+    *,
+    gravity_known: bool,
+    rng: np.random.Generator,
+    options: TablePlaneOptions = TABLE_PLANE,
+) -> Plane | None:
+    limit = options.least_up_in_base if gravity_known else options.least_up_in_camera
+    sample: FloatArray = flat[rng.choice(len(flat), min(options.sample, len(flat)), replace=False)]
 
     def level(model: _PlaneModel, *_: object) -> bool:
         return model.params is not None and abs(float(model.params[0] @ up)) > limit
@@ -145,7 +146,7 @@ def _fit_once(flat: FloatArray, up: FloatArray, *, gravity_known: bool, rng: np.
             sample,
             _PlaneModel,
             min_samples=3,
-            residual_threshold=_INLIER_M,
+            residual_threshold=options.inlier_m,
             is_model_valid=level,
             max_trials=120,
             stop_probability=0.999,
@@ -157,19 +158,19 @@ def _fit_once(flat: FloatArray, up: FloatArray, *, gravity_known: bool, rng: np.
     # In the camera's own frame the camera is at the origin, and sees the table from above whichever way up it is held.
     if normal @ up < 0.0 if gravity_known else offset > 0.0:
         normal, offset = -normal, -offset
-    return _refined(flat[:: max(1, len(flat) // _REFINING)], normal, offset)
+    return _refined(flat[:: max(1, len(flat) // options.refining)], normal, offset, options=options)
 
 
-def _refined(flat: FloatArray, normal: FloatArray, offset: float) -> Plane:
+def _refined(flat: FloatArray, normal: FloatArray, offset: float, *, options: TablePlaneOptions = TABLE_PLANE) -> Plane:
     """Fit the plane to what lies on it, not to the floors of plates and pans a few millimetres above it.
 
     Things only ever add points above the table, so the table is the lowest dense layer: its level is the mode of the
     heights, its noise the spread below the mode.
     """
-    reach, sigma = _INLIER_M, _INLIER_M
+    reach, sigma = options.inlier_m, options.inlier_m
     for _ in range(4):
         height = flat @ normal - offset
-        level, sigma = lowest_layer(height[np.abs(height) < 2.0 * _INLIER_M])
+        level, sigma = lowest_layer(height[np.abs(height) < 2.0 * options.inlier_m], options=options)
         reach = float(np.clip(2.2 * sigma, 0.0015, 0.02))
         near = flat[np.abs(height - level) < reach]
         if len(near) < 20:
@@ -179,27 +180,29 @@ def _refined(flat: FloatArray, normal: FloatArray, offset: float) -> Plane:
         _, vectors = np.linalg.eigh((near - center).T @ (near - center))
         normal = vectors[:, 0] if vectors[:, 0] @ normal > 0.0 else -vectors[:, 0]
         offset = float(normal @ center)
-        if np.abs(normal - before[0]).max() < _SETTLED_RAD and abs(offset - before[1]) < _SETTLED_RAD:
+        if np.abs(normal - before[0]).max() < options.settled_rad and abs(offset - before[1]) < options.settled_rad:
             break
     return Plane(normal, float(offset), sigma)
 
 
-def lowest_layer(heights: npt.NDArray[np.floating]) -> tuple[float, float]:
+def lowest_layer(heights: npt.NDArray[np.floating], *, options: TablePlaneOptions = TABLE_PLANE) -> tuple[float, float]:
     """Return the level of the table among heights (N,) about it, and the noise, judged by what lies below that [m].
 
     Where two layers are dense (a large plate on a small table), the lower one of comparable weight is the table.
     """
     if len(heights) < 20:
-        return 0.0, _INLIER_M
-    bins = ((heights + _LAYER_M) * (1.0 / _LAYER_BIN_M)).astype(np.int32)[np.abs(heights) < _LAYER_M]
-    counts = np.bincount(bins, minlength=round(2.0 * _LAYER_M / _LAYER_BIN_M))
+        return 0.0, options.inlier_m
+    bins = ((heights + options.layer_m) * (1.0 / options.layer_bin_m)).astype(np.int32)[
+        np.abs(heights) < options.layer_m
+    ]
+    counts = np.bincount(bins, minlength=round(2.0 * options.layer_m / options.layer_bin_m))
     smooth = np.convolve(counts, [0.25, 0.5, 0.25], mode="same")
     dense = np.flatnonzero(smooth > 0.5 * smooth.max())
     first = int(dense[0])
     run = dense[dense - first == np.arange(len(dense))]
     peak = int(run[smooth[run].argmax()])
-    level = (peak + 0.5) * _LAYER_BIN_M - _LAYER_M
+    level = (peak + 0.5) * options.layer_bin_m - options.layer_m
     level = quantile(heights[np.abs(heights - level) < 0.0008], 50)  # finer than the bins, where noise is small
     below = heights[heights <= level]
-    sigma = 1.4826 * (level - quantile(below, 50)) if len(below) > 10 else _INLIER_M
+    sigma = 1.4826 * (level - quantile(below, 50)) if len(below) > 10 else options.inlier_m
     return level, max(sigma, 0.0002)

@@ -15,6 +15,7 @@ from uncom_perception.exceptions import TableNotFoundError
 from uncom_perception.image_types import DepthImage, FloatArray
 from uncom_perception.objects.table.depth_noise import bow
 from uncom_perception.objects.table.flying_pixels import without_flying
+from uncom_perception.objects.table.options import TABLE_VIEW, TableViewOptions
 from uncom_perception.objects.table.order_statistics import quantile
 from uncom_perception.objects.table.pinholes import without_pinholes
 from uncom_perception.objects.table.table_outline import (
@@ -27,9 +28,6 @@ from uncom_perception.objects.table.table_outline import (
 )
 from uncom_perception.objects.table.table_plane import find_table_plane
 from uncom_perception.types import Mask, TableSurface
-
-_STRIDE = 4
-_BELOW_M, _HIGHEST_M = 0.01, 0.65  # heights over the table of what is looked at
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,17 +56,25 @@ class TableView:
 
     def box_of(self, table: TopDown) -> tuple[slice, slice] | None:
         """Return the rows and columns of all that may stand on the table or hang over it; None if nothing is there."""
-        points = self.points[::_STRIDE, ::_STRIDE]
-        v, u = np.nonzero((points[..., 2] > -_BELOW_M) & (points[..., 2] < _HIGHEST_M))
+        points = self.points[:: TABLE_VIEW.stride, :: TABLE_VIEW.stride]
+        v, u = np.nonzero((points[..., 2] > -TABLE_VIEW.below_m) & (points[..., 2] < TABLE_VIEW.highest_m))
         near = np.isfinite(table.distance(points[v, u]))
         if not near.any():
             return None
         spans = ((int(k[near].min()), int(k[near].max())) for k in (v, u))
-        rows, columns = (slice(max(0, _STRIDE * (low - 2)), _STRIDE * (high + 3)) for low, high in spans)
+        rows, columns = (
+            slice(max(0, TABLE_VIEW.stride * (low - 2)), TABLE_VIEW.stride * (high + 3)) for low, high in spans
+        )
         return rows, columns
 
 
-def view_table(depth: DepthImage, camera: PinholeCamera, camera_in_base: FloatArray | None) -> TableView:
+def view_table(
+    depth: DepthImage,
+    camera: PinholeCamera,
+    camera_in_base: FloatArray | None,
+    *,
+    options: TableViewOptions = TABLE_VIEW,
+) -> TableView:
     """Find the table in a depth image (H, W) [m], in the base frame if the camera's pose (4, 4) in it is known.
 
     Raises:
@@ -78,7 +84,7 @@ def view_table(depth: DepthImage, camera: PinholeCamera, camera_in_base: FloatAr
     pose = camera_in_base if camera_in_base is not None else np.eye(4)
     depth = without_flying(without_pinholes(np.where(depth > 0.0, depth, np.float32(np.nan))), camera.fx)
     up = np.array([0.0, 0.0, 1.0]) if known else np.array([0.0, -0.8, -0.6])
-    plane = find_table_plane(_sparse_points(depth, camera, pose), up, gravity_known=known)
+    plane = find_table_plane(_sparse_points(depth, camera, pose, options=options), up, gravity_known=known)
     ground = ground_frame(plane, gravity_known=known)
     points = ground.project(depth, camera, pose)
     height = cv2.extractChannel(points, 2)
@@ -105,9 +111,11 @@ def _ray_lengths(camera: PinholeCamera) -> DepthImage:
     return np.sqrt(1.0 + u[None] ** 2 + v[:, None] ** 2).astype(np.float32)
 
 
-def _sparse_points(depth: DepthImage, camera: PinholeCamera, pose: FloatArray) -> FloatArray:
+def _sparse_points(
+    depth: DepthImage, camera: PinholeCamera, pose: FloatArray, *, options: TableViewOptions = TABLE_VIEW
+) -> FloatArray:
     """Return some points of some rows (N, 3) that are known, in the frame of the camera's pose."""
-    z = depth[::_STRIDE, ::_STRIDE].astype(float)
+    z = depth[:: options.stride, :: options.stride].astype(float)
     v, u = np.nonzero(np.isfinite(z))
-    optical = camera.deproject(np.column_stack([u, v]) * float(_STRIDE), z[v, u])
+    optical = camera.deproject(np.column_stack([u, v]) * float(options.stride), z[v, u])
     return np.asarray(optical @ pose[:3, :3].T + pose[:3, 3])

@@ -12,14 +12,8 @@ from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import apply, invert
 
 from uncom_perception.image_types import DepthImage, FloatArray
+from uncom_perception.objects.tracking.options import TRACKER, TrackerOptions
 from uncom_perception.types import Detection, Scene
-
-_NEAR_M = 0.06  # things this near to where one was, at least, may be that one
-_MOVED_M = 0.04
-_BEHIND_M = 0.02  # how much further than a thing the camera must see for the thing to be gone
-_GONE_SHARE = 0.6  # of the places that it was seen at
-_ALIKE = 0.45  # least likeness of a thing that moved
-_SAMPLE = 150
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +26,9 @@ class _Track:
 class ObjectTracker:
     """Follows things by place and looks in a frame that stays where it is (the base frame)."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, options: TrackerOptions = TRACKER) -> None:
         """Know nothing yet."""
+        self._options = options
         self._tracks: dict[str, _Track] = {}
         self._stamp_s = -np.inf
         self._count = 0
@@ -65,7 +60,8 @@ class ObjectTracker:
             gone = [
                 name
                 for name, track in self._tracks.items()
-                if name not in seen and _sees_past(track.detection, depth, camera, camera_in_base)
+                if name not in seen
+                and _sees_past(track.detection, depth, camera, camera_in_base, options=self._options)
             ]
             for name in gone:
                 del self._tracks[name]
@@ -80,8 +76,8 @@ class ObjectTracker:
         tracks = list(self._tracks.values())
         if not tracks or not detections:
             return {}, []
-        distance = np.array([[_distance(t.detection, d) for t in tracks] for d in detections])
-        reach = np.array([[max(_NEAR_M, 0.5 * _size(t.detection)) for t in tracks] for _ in detections])
+        distance = np.array([[_distance(t.detection, d, options=self._options) for t in tracks] for d in detections])
+        reach = np.array([[max(self._options.near_m, 0.5 * _size(t.detection)) for t in tracks] for _ in detections])
         likeness = np.array([[_likeness(t, d) for t in tracks] for d in detections])
         names: dict[int, str] = {}
         moved = []
@@ -89,7 +85,7 @@ class ObjectTracker:
         for i, j in zip(*linear_sum_assignment(cost), strict=True):
             if cost[i, j] < 5.0:
                 names[int(i)] = tracks[j].name
-                if distance[i, j] > _MOVED_M:
+                if distance[i, j] > self._options.moved_m:
                     moved.append(tracks[j].name)
         # What is nowhere near its place may have been carried elsewhere: the look decides.
         free_d = [i for i in range(len(detections)) if i not in names]
@@ -97,7 +93,7 @@ class ObjectTracker:
         if free_d and free_t:
             unlike = 1.0 - likeness[np.ix_(free_d, free_t)]
             for i, j in zip(*linear_sum_assignment(unlike), strict=True):
-                if unlike[i, j] < 1.0 - _ALIKE:
+                if unlike[i, j] < 1.0 - self._options.alike:
                     names[free_d[i]] = tracks[free_t[j]].name
                     moved.append(tracks[free_t[j]].name)
         return names, moved
@@ -109,12 +105,12 @@ def _size(detection: Detection) -> float:
     return 0.0
 
 
-def _distance(a: Detection, b: Detection) -> float:
+def _distance(a: Detection, b: Detection, *, options: TrackerOptions = TRACKER) -> float:
     """Return how far apart two detections are [m]; in the image, in units that make half a box's width the reach."""
     if a.geometry is not None and b.geometry is not None:
         return float(np.linalg.norm(a.geometry.centroid - b.geometry.centroid))
     width = max(a.box.x_max - a.box.x_min, a.box.y_max - a.box.y_min, 1.0)
-    return 2.0 * _NEAR_M * float(np.hypot(*(np.array(a.box.center) - np.array(b.box.center)))) / width
+    return 2.0 * options.near_m * float(np.hypot(*(np.array(a.box.center) - np.array(b.box.center)))) / width
 
 
 def _colours(detection: Detection) -> dict[str, float]:
@@ -135,7 +131,12 @@ def _likeness(track: _Track, detection: Detection) -> float:
 
 
 def _sees_past(
-    detection: Detection, depth: DepthImage | None, camera: PinholeCamera | None, camera_in_base: FloatArray | None
+    detection: Detection,
+    depth: DepthImage | None,
+    camera: PinholeCamera | None,
+    camera_in_base: FloatArray | None,
+    *,
+    options: TrackerOptions = TRACKER,
 ) -> bool:
     """Whether the camera sees what is behind the place where a thing was."""
     body = detection.geometry
@@ -143,7 +144,7 @@ def _sees_past(
         return True  # the picture alone does not tell what hides a thing
     if depth is None or camera is None:
         return False
-    cloud = body.cloud[:: max(1, len(body.cloud) // _SAMPLE)]
+    cloud = body.cloud[:: max(1, len(body.cloud) // options.sample)]
     points = cloud if camera_in_base is None else apply(invert(camera_in_base), cloud)
     pixels = camera.project(points)
     known = np.isfinite(pixels[:, 0])
@@ -153,5 +154,5 @@ def _sees_past(
         return False  # out of sight
     seen = depth[v[inside], u[inside]]
     with np.errstate(invalid="ignore"):
-        past = seen > points[inside, 2] + _BEHIND_M
-    return float(past.sum()) > _GONE_SHARE * max(int(np.isfinite(seen).sum()), 1)
+        past = seen > points[inside, 2] + options.behind_m
+    return float(past.sum()) > options.gone_share * max(int(np.isfinite(seen).sum()), 1)
