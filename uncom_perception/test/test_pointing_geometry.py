@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from uncom_common.camera import PinholeCamera
 from uncom_perception.hands.detector import RawHand
-from uncom_perception.hands.finger import on_its_finger
-from uncom_perception.hands.motion import MotionWatch
-from uncom_perception.hands.rays import hand_depth, image_ray, metric_ray
+from uncom_perception.hands.finger_depth import on_its_finger
+from uncom_perception.hands.image_views import View, around
+from uncom_perception.hands.motion_detection import MotionWatch
+from uncom_perception.hands.pointing_rays import hand_depth, image_ray, metric_ray
 from uncom_perception.hands.styles.index import IndexStyle
 from uncom_perception.hands.styles.style import hand_pose
 from uncom_perception.hands.styles.two_fingers import TwoFingersStyle
-from uncom_perception.hands.views import View, around
 
 CAMERA = PinholeCamera(640, 480, 522.19, 522.19, 320.5, 240.5)
 BONES = {"index": (0.04, 0.025, 0.02), "middle": (0.045, 0.028, 0.02), "ring": (0.04, 0.026, 0.02)}

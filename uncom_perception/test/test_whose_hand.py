@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from test_pointing_geometry import CAMERA, hand
 from uncom_perception.hands.detector import HandDetector, RawHand
-from uncom_perception.hands.gesture import make_reader
+from uncom_perception.hands.gesture_reader import make_reader
 
 PICTURE = np.full((480, 640, 3), 120, np.uint8)
 

@@ -35,14 +35,14 @@ from uncom_perception.conversions import (
     points_from_msgs,
     scene_to_response,
 )
-from uncom_perception.depth.dpt import table_scale
+from uncom_perception.depth.dpt_depth_estimator import table_scale
 from uncom_perception.depth.make_depth_estimator import make_depth_estimator
 from uncom_perception.exceptions import InvalidImageError
 from uncom_perception.frames import RawBuffer, stamp_of
 from uncom_perception.objects.attributes.lexicon import load_lexicon
 from uncom_perception.objects.detectors.make_detector import detector_of
 from uncom_perception.objects.scene_detector import CameraImage, OutsidePoses, SceneDetector
-from uncom_perception.segmentation.backends import segmenter_of
+from uncom_perception.segmentation.make_segmenter import segmenter_of
 from uncom_perception.types import Box
 
 _CAMERA = "/head_front_camera"

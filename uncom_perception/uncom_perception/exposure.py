@@ -7,29 +7,26 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.options import EXPOSURE, ExposureOptions
+
 RgbImage = npt.NDArray[np.uint8]
 
-_WELL_LIT, _WHITE = 160.0, 235.0  # where the lightest surfaces of a picture are, at least and at most
-_USUAL = 130.0  # how light the half of a picture is
-_LEAST_GAIN, _MOST_GAIN = 0.85, 4.0
-_DIM = 1.5  # from this gain on a picture is worth lightening
 
-
-def exposure(image_rgb: RgbImage) -> float:
+def exposure(image_rgb: RgbImage, *, options: ExposureOptions = EXPOSURE) -> float:
     """Return the factor that brings a dim or glaring picture to where a well lit one is.
 
     On the whole pictures are about equally light; but the lightest surfaces must not grow lighter than white paper, nor
     stay darker than a light grey.
     """
     usual, bright = _usual_and_bright(image_rgb)
-    least, most = max(_LEAST_GAIN, _WELL_LIT / bright), max(1.0, _WHITE / bright)
-    return float(np.clip(_USUAL / usual, least, min(most, _MOST_GAIN)))
+    least, most = max(options.least_gain, options.well_lit / bright), max(1.0, options.white / bright)
+    return float(np.clip(options.usual / usual, least, min(most, options.greatest_gain)))
 
 
-def lightened(image_rgb: RgbImage) -> RgbImage:
+def lightened(image_rgb: RgbImage, *, options: ExposureOptions = EXPOSURE) -> RgbImage:
     """Return a dim picture as it would be in usual light, any other as it is."""
-    gain = exposure(image_rgb)
-    return np.asarray(cv2.convertScaleAbs(image_rgb, alpha=gain), np.uint8) if gain > _DIM else image_rgb
+    gain = exposure(image_rgb, options=options)
+    return np.asarray(cv2.convertScaleAbs(image_rgb, alpha=gain), np.uint8) if gain > options.dim_gain else image_rgb
 
 
 def _usual_and_bright(image_rgb: RgbImage) -> tuple[float, float]:

@@ -20,9 +20,9 @@ from uncom_interfaces.msg import Hands, SpeechStatus, Transcript
 from uncom_perception.config import GestureConfig
 from uncom_perception.conversions import hands_to_msg
 from uncom_perception.frames import FrameQueue
-from uncom_perception.hands.attention import expected_after_speech, expected_after_words
-from uncom_perception.hands.backends import make_gesture_reader
-from uncom_perception.hands.bridge import HandBridge
+from uncom_perception.hands.hand_bridge import HandBridge
+from uncom_perception.hands.make_gesture_reader import make_gesture_reader
+from uncom_perception.hands.pointing_attention import expected_after_speech, expected_after_words
 
 #: Words with which people point; while they are heard, a hand is looked for more closely.
 

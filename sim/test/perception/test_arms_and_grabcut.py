@@ -8,7 +8,7 @@ import pytest
 from perception_scenes import CAMERA, POSE, overlap, plain_table
 from uncom_perception.exceptions import InvalidImageError
 from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
-from uncom_perception.segmentation.cluster import ClusterSegmenter
+from uncom_perception.segmentation.cluster_segmenter import ClusterSegmenter
 from uncom_perception.types import Box
 
 BLOCK = (0.65, 0.0, 0.1, 0.1, 0.1, (200, 30, 30))

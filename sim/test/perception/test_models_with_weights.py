@@ -12,14 +12,14 @@ from perception_scenes import CAMERA, POSE, plain_table
 from tiny_sam import write_tiny_sam
 from uncom_common.exceptions import InvalidConfigError, ModelNotFoundError
 from uncom_common.pretrained_models import pick_device
-from uncom_perception.depth.dpt import DptDepth, load_dpt, table_scale
+from uncom_perception.depth.dpt_depth_estimator import DptDepth, load_dpt, table_scale
 from uncom_perception.depth.make_depth_estimator import make_depth_estimator
 from uncom_perception.exceptions import InvalidImageError, UnknownBackendError
 from uncom_perception.objects.detectors.grounding_dino_detector import GroundingOptions, _merged, load_grounding_dino
 from uncom_perception.objects.detectors.make_detector import make_detector
 from uncom_perception.objects.detectors.queries import query_of
-from uncom_perception.segmentation.backends import make_segmenter
-from uncom_perception.segmentation.cluster import ClusterSegmenter
+from uncom_perception.segmentation.cluster_segmenter import ClusterSegmenter
+from uncom_perception.segmentation.make_segmenter import make_segmenter
 from uncom_perception.types import Box, Hand, HandsFrame
 
 torch = pytest.importorskip("torch")

@@ -8,8 +8,8 @@ import pytest
 from perception_scenes import plain_table
 from tiny_sam import write_tiny_sam
 from uncom_perception.exceptions import InvalidImageError
-from uncom_perception.segmentation import sam as sam_module
-from uncom_perception.segmentation.sam import load_sam
+from uncom_perception.segmentation import sam_segmenter as sam_module
+from uncom_perception.segmentation.sam_segmenter import load_sam
 from uncom_perception.types import Box
 
 torch = pytest.importorskip("torch")

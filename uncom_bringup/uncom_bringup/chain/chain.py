@@ -18,12 +18,12 @@ from functools import partial
 import numpy as np
 from uncom_language.back_end_factory import recognizer_from_config, understanding_from_config
 from uncom_language.types import Act, Command, Transcript
-from uncom_perception.hands.backends import load_hand_detectors, make_gesture_reader
-from uncom_perception.hands.bridge import HandBridge
+from uncom_perception.hands.hand_bridge import HandBridge
+from uncom_perception.hands.make_gesture_reader import load_hand_detectors, make_gesture_reader
 from uncom_perception.objects.attributes.lexicon import load_lexicon
 from uncom_perception.objects.detectors.make_detector import detector_of
 from uncom_perception.objects.scene_detector import SceneDetector
-from uncom_perception.segmentation.backends import segmenter_of
+from uncom_perception.segmentation.make_segmenter import segmenter_of
 from uncom_perception.types import HandsFrame
 from uncom_reasoner.dialogue.conversation import Conversation
 from uncom_reasoner.evidence.gesture_timing import words_span

@@ -12,7 +12,7 @@ from uncom_language.speech.recognition.recognizer import Recognizer
 from uncom_language.speech.speech_status import SpeechState, SpeechStatus
 from uncom_language.speech.streaming_transcriber import StreamingTranscriber, TranscriberOptions
 from uncom_language.types import Transcript
-from uncom_perception.hands.attention import expected_after_speech, expected_after_words
+from uncom_perception.hands.pointing_attention import expected_after_speech, expected_after_words
 
 from uncom_bringup.chain.recording import Recording
 

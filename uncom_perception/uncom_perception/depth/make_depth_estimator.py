@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from uncom_perception.depth.estimator import DepthEstimator, NoDepth
+from uncom_perception.depth.depth_estimator import DepthEstimator, NoDepth
 from uncom_perception.exceptions import UnknownBackendError
 
 ESTIMATORS = ("none", "dpt")
@@ -19,7 +19,7 @@ def make_depth_estimator(name: str, model: str = "", device: str = "auto") -> De
     if name not in ESTIMATORS:
         raise UnknownBackendError("depth", name, ESTIMATORS)
     if name == "dpt":
-        from uncom_perception.depth.dpt import load_dpt  # noqa: PLC0415  (only where it is asked for)
+        from uncom_perception.depth.dpt_depth_estimator import load_dpt  # noqa: PLC0415  (only where it is asked for)
 
         return load_dpt(model, device)
     return NoDepth()

@@ -14,14 +14,6 @@ from uncom_perception.exceptions import InvalidImageError
 FloatArray = npt.NDArray[np.float64]
 RgbImage = npt.NDArray[np.uint8]
 
-WRIST = 0
-INDEX_MCP, INDEX_PIP, INDEX_DIP, INDEX_TIP = 5, 6, 7, 8
-MIDDLE_MCP, MIDDLE_TIP = 9, 12
-PINKY_MCP = 17
-FINGERS = {"thumb": (1, 2, 3, 4), "index": (5, 6, 7, 8), "middle": (9, 10, 11, 12), "ring": (13, 14, 15, 16)} | {
-    "little": (17, 18, 19, 20)
-}
-
 
 @dataclass(frozen=True, slots=True)
 class RawHand:

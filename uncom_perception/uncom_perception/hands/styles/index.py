@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from uncom_perception.hands.styles.style import SIDE_BY_SIDE_RAD, PointingStyle, Pose
+from uncom_perception.hands.styles.options import POINTING_STYLE
+from uncom_perception.hands.styles.style import PointingStyle, Pose
 
 
 class IndexStyle(PointingStyle):
@@ -14,5 +15,7 @@ class IndexStyle(PointingStyle):
 
     def evidence(self, pose: Pose) -> float:
         """Return index extension and the curl of the others together."""
-        spread_middle = pose.middle if pose.spread_rad > SIDE_BY_SIDE_RAD else 0.0  # a "V" is the number two
+        spread_middle = (
+            pose.middle if pose.spread_rad > POINTING_STYLE.side_by_side_rad else 0.0
+        )  # a "V" is the number two
         return pose.index * min(pose.curl_of_others, 1.0 - spread_middle)

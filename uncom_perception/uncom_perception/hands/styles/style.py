@@ -9,12 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from uncom_perception.hands.detector import FINGERS, MIDDLE_MCP, WRIST, FloatArray, RawHand
-
-_PLAINLY = 0.5
-
-#: Fingers held side by side differ by less; a narrow "V" (victory, number two) by 0.16 rad, a usual one by 0.35.
-SIDE_BY_SIDE_RAD = 0.15
+from uncom_perception.hands.detector import FloatArray, RawHand
+from uncom_perception.hands.landmarks import FINGERS, Landmark
+from uncom_perception.hands.styles.options import POINTING_STYLE, PointingStyleOptions
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,19 +32,19 @@ class Pose:
         return 0.25 * middle + 0.375 * ring + 0.375 * little
 
 
-def hand_pose(hand: RawHand) -> Pose:
+def hand_pose(hand: RawHand, *, options: PointingStyleOptions = POINTING_STYLE) -> Pose:
     """Judge the fingers by their joints in space and in the image, whichever shows a finger to be out.
 
     Landmarks in space do not suffer from foreshortening, but their depth is a guess that at times bends a finger which
     is plainly straight in the image; a curled finger looks straight and long in neither.
     """
     world, flat = hand.world, hand.landmarks[:, :2]
-    palm = np.linalg.norm(flat[WRIST] - flat[MIDDLE_MCP]) / max(hand.size_px, 1e-9)
+    palm = np.linalg.norm(flat[Landmark.WRIST] - flat[Landmark.MIDDLE_MCP]) / max(hand.size_px, 1e-9)
     trust = _logistic((float(palm) - 0.28) / 0.03)  # a palm seen end-on makes every finger look long
     extension = {n: max(_extension(world, j), trust * _extension(flat, j, 0.93)) for n, j in FINGERS.items()}
     spread = _angle(world[8] - world[6], world[12] - world[10])
     # Two fingers that are both plainly out in the image are as far apart as they are there.
-    if trust * min(_extension(flat, FINGERS[n], 0.93) for n in ("index", "middle")) > _PLAINLY:
+    if trust * min(_extension(flat, FINGERS[n], 0.93) for n in ("index", "middle")) > options.plain_extension:
         spread = max(spread, _angle(flat[8] - flat[5], flat[12] - flat[9]))
     return Pose(**extension, spread_rad=spread)
 
@@ -56,7 +53,7 @@ def _extension(points: FloatArray, joints: tuple[int, int, int, int], least_stra
     a, b, c, d = (points[j] for j in joints)
     length = np.linalg.norm(b - a) + np.linalg.norm(c - b) + np.linalg.norm(d - c)
     straight = np.linalg.norm(d - a) / np.maximum(length, 1e-9)
-    reach = np.linalg.norm(d - points[WRIST]) / np.maximum(np.linalg.norm(b - points[WRIST]), 1e-9)
+    reach = np.linalg.norm(d - points[Landmark.WRIST]) / np.maximum(np.linalg.norm(b - points[Landmark.WRIST]), 1e-9)
     # A straight finger has reach 1.25 to 1.45 and straightness above 0.93, a curled one below 0.95 and 0.85.
     return float(_logistic((reach - 1.08) / 0.05) * _logistic((straight - least_straight) / 0.03))
 

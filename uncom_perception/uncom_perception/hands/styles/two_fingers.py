@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from uncom_perception.hands.styles.style import SIDE_BY_SIDE_RAD, PointingStyle, Pose
+from uncom_perception.hands.styles.options import POINTING_STYLE
+from uncom_perception.hands.styles.style import PointingStyle, Pose
 
 
 class TwoFingersStyle(PointingStyle):
@@ -14,6 +15,6 @@ class TwoFingersStyle(PointingStyle):
 
     def evidence(self, pose: Pose) -> float:
         """Return the extension of both, the curl of the others; none for spread fingers."""
-        if pose.spread_rad > SIDE_BY_SIDE_RAD:
+        if pose.spread_rad > POINTING_STYLE.side_by_side_rad:
             return 0.0
         return 0.9 * pose.index * pose.middle * (1.0 - max(pose.ring, pose.little))

@@ -8,7 +8,7 @@ from uncom_perception.exceptions import UnknownBackendError
 from uncom_perception.objects.attributes.lexicon import load_lexicon
 from uncom_perception.objects.detectors.detector import ObjectDetector
 from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
-from uncom_perception.segmentation.cluster import ClusterSegmenter
+from uncom_perception.segmentation.cluster_segmenter import ClusterSegmenter
 from uncom_perception.segmentation.segmenter import Segmenter
 
 DETECTORS = ("tabletop", "grounding_dino")

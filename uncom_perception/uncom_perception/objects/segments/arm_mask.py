@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from uncom_perception.hands.detector import FINGERS, INDEX_MCP, MIDDLE_MCP, PINKY_MCP, WRIST
+from uncom_perception.hands.landmarks import FINGERS, Landmark
 from uncom_perception.objects.segments.foreground import Surfaces, connected
 from uncom_perception.types import HandsFrame, Mask
 
@@ -68,8 +68,8 @@ def _skeleton(landmarks: npt.NDArray[np.float64], shape: tuple[int, ...]) -> tup
     size = float(np.ptp(marks, axis=0).max())
     thick, thin = np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
     lines = [marks[list(joints)] for joints in FINGERS.values()]
-    lines += [marks[[WRIST, joints[0]]] for joints in FINGERS.values()]
-    palm = marks[[WRIST, 1, INDEX_MCP, MIDDLE_MCP, 13, PINKY_MCP]]
+    lines += [marks[[Landmark.WRIST, joints[0]]] for joints in FINGERS.values()]
+    palm = marks[[Landmark.WRIST, 1, Landmark.INDEX_MCP, Landmark.MIDDLE_MCP, 13, Landmark.PINKY_MCP]]
     for image, width in ((thick, max(3, round(0.16 * size))), (thin, max(1, round(0.04 * size)))):
         cv2.polylines(image, [line.reshape(-1, 1, 2) for line in lines], False, 1, width)
         cv2.fillPoly(image, [cv2.convexHull(palm.reshape(-1, 1, 2))], 1)

@@ -10,10 +10,11 @@ import numpy as np
 from uncom_common.camera import PinholeCamera
 
 from uncom_perception.hands.detector import HandDetector, RawHand, RgbImage
-from uncom_perception.hands.finder import HandFinder
-from uncom_perception.hands.finger import on_its_finger
-from uncom_perception.hands.rays import DepthImage, hand_depth, image_ray, metric_ray
-from uncom_perception.hands.styles.hand import HandStyle
+from uncom_perception.hands.finger_depth import on_its_finger
+from uncom_perception.hands.hand_finder import HandFinder
+from uncom_perception.hands.options import HAND_SIZE, HandSizeOptions
+from uncom_perception.hands.pointing_rays import DepthImage, hand_depth, image_ray, metric_ray
+from uncom_perception.hands.styles.flat_hand import HandStyle
 from uncom_perception.hands.styles.index import IndexStyle
 from uncom_perception.hands.styles.style import PointingStyle, hand_pose
 from uncom_perception.hands.styles.two_fingers import TwoFingersStyle
@@ -23,9 +24,6 @@ STYLES: dict[str, type[PointingStyle]] = {style.name: style for style in (IndexS
 
 #: Those that point wherever they are seen; an open palm points only where people are told that it does.
 DEFAULT_STYLES = ("index", "two_fingers")
-
-# Metric size of a hand, wrist to middle finger base [m]: what is far outside is something else.
-_MIN_PALM_M, _MAX_PALM_M = 0.03, 0.16
 
 
 def pointing_evidence(styles: Sequence[PointingStyle], hand: RawHand) -> tuple[float, PointingStyle]:
@@ -50,8 +48,16 @@ def make_reader(
 class GestureReader:
     """Reads the hands of a stream of images; keeps the last hands, so use one for each camera."""
 
-    def __init__(self, finder: HandFinder, styles: Sequence[PointingStyle], min_evidence: float = 0.4) -> None:
+    def __init__(
+        self,
+        finder: HandFinder,
+        styles: Sequence[PointingStyle],
+        min_evidence: float = 0.4,
+        *,
+        options: HandSizeOptions = HAND_SIZE,
+    ) -> None:
         """Read with a finder; a hand points if the evidence for one of the styles is large enough."""
+        self._options = options
         self._finder = finder
         self._styles = tuple(styles)
         self._min_evidence = min_evidence
@@ -89,7 +95,7 @@ class GestureReader:
         weights: list[float] = []
         for hand in raw:
             z = hand_depth(hand, depth) if depth is not None else 0.0
-            if camera is not None and z > 0.0 and not _hand_sized(hand, z, camera):
+            if camera is not None and z > 0.0 and not _hand_sized(hand, z, camera, options=self._options):
                 continue
             ray, evidence = self._ray(hand, depth, camera)
             hands.append(Hand(hand.handedness, hand.score, hand.landmarks, ray, z))
@@ -132,6 +138,6 @@ def _nearness(hand: RawHand, depth_m: float) -> float:
     return 1.0 / depth_m if depth_m > 0.0 else hand.size_px / 100.0
 
 
-def _hand_sized(hand: RawHand, depth_m: float, camera: PinholeCamera) -> bool:
+def _hand_sized(hand: RawHand, depth_m: float, camera: PinholeCamera, *, options: HandSizeOptions = HAND_SIZE) -> bool:
     span = float(np.linalg.norm(hand.landmarks[:, :2].max(axis=0) - hand.landmarks[:, :2].min(axis=0)))
-    return _MIN_PALM_M < span * depth_m / camera.fx < 2.2 * _MAX_PALM_M
+    return options.least_palm_m < span * depth_m / camera.fx < 2.2 * options.greatest_palm_m

@@ -7,11 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from uncom_perception.hands.options import HAND_BRIDGE, HandBridgeOptions
 from uncom_perception.types import FloatArray, Hand, HandsFrame, MetricRay, PointingRay
-
-_MOVED = 1.0  # of the hand's size: a hand that has moved further in between is no longer followed
-_TURNED_RAD = 0.6
-_GROWTH_RAD_S = 0.6  # how fast a direction that is not seen becomes uncertain
 
 
 class HandBridge:
@@ -20,8 +17,9 @@ class HandBridge:
     A hand that is not seen again within that time is never made up: the images go out as they are.
     """
 
-    def __init__(self, longest_s: float) -> None:
+    def __init__(self, longest_s: float, *, options: HandBridgeOptions = HAND_BRIDGE) -> None:
         """Bridge losses of up to longest_s; with 0 nothing is held back."""
+        self._options = options
         self._longest_s = longest_s
         self._before: HandsFrame | None = None
         self._held: list[HandsFrame] = []
@@ -37,7 +35,7 @@ class HandBridge:
         if frame.pointing_hand is None and not frame.hands:
             self._held.append(frame)
             return []
-        ready = [_between(before, frame, lost) for lost in self._held]
+        ready = [_between(before, frame, lost, options=self._options) for lost in self._held]
         self._held = []
         self._before = frame if frame.pointing_hand is not None else None
         return [*ready, frame]
@@ -50,7 +48,9 @@ def _pointing(frame: HandsFrame) -> tuple[Hand, PointingRay] | None:
     return (hand, hand.ray) if hand.ray is not None else None
 
 
-def _between(before: HandsFrame, after: HandsFrame, lost: HandsFrame) -> HandsFrame:
+def _between(
+    before: HandsFrame, after: HandsFrame, lost: HandsFrame, *, options: HandBridgeOptions = HAND_BRIDGE
+) -> HandsFrame:
     """Return a frame in which the hand is where it must have been, or the frame as it is if that is not known."""
     first, last = _pointing(before), _pointing(after)
     if first is None or last is None:
@@ -59,11 +59,11 @@ def _between(before: HandsFrame, after: HandsFrame, lost: HandsFrame) -> HandsFr
     size = float(np.ptp(a.landmarks[:, :2], axis=0).max())
     moved = float(np.median(np.linalg.norm(a.landmarks[:, :2] - b.landmarks[:, :2], axis=1)))
     turned = float(np.arccos(np.clip(np.dot(ray_a.direction, ray_b.direction), -1.0, 1.0)))
-    if a.handedness != b.handedness or moved > _MOVED * size or turned > _TURNED_RAD:
+    if a.handedness != b.handedness or moved > options.moved * size or turned > options.turned_rad:
         return lost
     share = (lost.stamp_s - before.stamp_s) / (after.stamp_s - before.stamp_s)
     unseen_s = min(lost.stamp_s - before.stamp_s, after.stamp_s - lost.stamp_s)
-    sigma = max(ray_a.sigma_rad, ray_b.sigma_rad) + 0.5 * turned + _GROWTH_RAD_S * unseen_s
+    sigma = max(ray_a.sigma_rad, ray_b.sigma_rad) + 0.5 * turned + options.growth_rad_s * unseen_s
     metric = None
     if ray_a.metric is not None and ray_b.metric is not None:
         m, n = ray_a.metric, ray_b.metric

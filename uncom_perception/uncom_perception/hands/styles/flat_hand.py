@@ -3,10 +3,8 @@
 
 from __future__ import annotations
 
+from uncom_perception.hands.styles.options import POINTING_STYLE
 from uncom_perception.hands.styles.style import PointingStyle, Pose
-
-_TOGETHER_RAD = 0.2  # fingers of a hand that says "stop" or shows its palm are spread wider
-_WEIGHT = 0.7  # a flat hand is as often a greeting
 
 
 class HandStyle(PointingStyle):
@@ -17,6 +15,6 @@ class HandStyle(PointingStyle):
 
     def evidence(self, pose: Pose) -> float:
         """Return the extension of all four fingers; none for spread ones."""
-        if pose.spread_rad > _TOGETHER_RAD:
+        if pose.spread_rad > POINTING_STYLE.together_rad:
             return 0.0
-        return _WEIGHT * min(pose.index, pose.middle, pose.ring, pose.little)
+        return POINTING_STYLE.flat_hand_weight * min(pose.index, pose.middle, pose.ring, pose.little)

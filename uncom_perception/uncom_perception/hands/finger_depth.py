@@ -15,20 +15,19 @@ import numpy.typing as npt
 from uncom_common.camera import PinholeCamera
 
 from uncom_perception.hands.detector import FloatArray, RawHand
+from uncom_perception.hands.options import FINGER_DEPTH, FingerDepthOptions
 
 DepthImage = npt.NDArray[np.float32]
 
-_STEPS = 14  # samples along the finger
-_SEEN = 0.75  # share of the finger, from its tip on, that is looked at: behind it are the knuckles
-_HALF_WINDOW = 0.4  # of the finger's length, to either side
-_THICK_M = 0.015  # deeper or nearer than the finger: something else
-_MIN_WIDTH_M, _MAX_WIDTH_M = 0.006, 0.028
-_MIN_SPAN = 0.3  # of the finger that must be seen
-_SPREAD = 0.06  # of the finger's length: its middle lies on a line
-_LEAST_RAD, _MOST_RAD = math.radians(6.0), math.radians(40.0)  # of corrections that are made
 
-
-def on_its_finger(hand: RawHand, line: tuple[int, ...], depth: DepthImage, camera: PinholeCamera) -> RawHand:
+def on_its_finger(
+    hand: RawHand,
+    line: tuple[int, ...],
+    depth: DepthImage,
+    camera: PinholeCamera,
+    *,
+    options: FingerDepthOptions = FINGER_DEPTH,
+) -> RawHand:
     """Return a hand whose landmarks of a line, base to tip, lie on the finger in the depth image (H, W) [m].
 
     It is the same hand where they do so already, and where the depth does not show a finger.
@@ -39,20 +38,20 @@ def on_its_finger(hand: RawHand, line: tuple[int, ...], depth: DepthImage, camer
     if length < 12.0:
         return hand
     aside = np.array([-back[1], back[0]]) / length
-    shares = np.linspace(0.04, _SEEN, _STEPS)
-    reach = max(3, round(_HALF_WINDOW * length))
+    shares = np.linspace(0.04, options.seen_share, options.steps)
+    reach = max(3, round(options.half_window * length))
     offsets = np.arange(-reach, reach + 1)
     places = tip + shares[:, None, None] * back + offsets[None, :, None] * aside
     z = _sampled(depth, places)
-    found = _middles(z, offsets, camera.fx)
-    if len(found) < 6 or shares[found[-1][0]] - shares[found[0][0]] < _MIN_SPAN:
+    found = _middles(z, offsets, camera.fx, options=options)
+    if len(found) < 6 or shares[found[-1][0]] - shares[found[0][0]] < options.least_span:
         return hand
     s = np.array([shares[k] for k, _ in found])
     middle = np.array([m for _, m in found])
     slope, shift = np.polyfit(s, middle, 1)
-    if float(np.abs(middle - slope * s - shift).max()) > _SPREAD * length:
+    if float(np.abs(middle - slope * s - shift).max()) > options.line_spread * length:
         return hand
-    if not _LEAST_RAD < abs(math.atan2(slope, length)) < _MOST_RAD:
+    if not options.least_correction_rad < abs(math.atan2(slope, length)) < options.greatest_correction_rad:
         return hand
     new_tip, new_base = tip + shift * aside, base + (shift + slope) * aside
     marks = hand.landmarks.copy()
@@ -68,7 +67,9 @@ def _sampled(depth: DepthImage, places: FloatArray) -> FloatArray:
     return np.where(inside & (z > 0.0), z, np.nan)
 
 
-def _middles(z: FloatArray, offsets: npt.NDArray[np.int64], focal_px: float) -> list[tuple[int, float]]:
+def _middles(
+    z: FloatArray, offsets: npt.NDArray[np.int64], focal_px: float, *, options: FingerDepthOptions = FINGER_DEPTH
+) -> list[tuple[int, float]]:
     """Follow a finger from its tip by profiles of depth across it (steps, offsets); return steps and its middles [px].
 
     It ends where it is no longer as narrow as a finger.
@@ -81,17 +82,17 @@ def _middles(z: FloatArray, offsets: npt.NDArray[np.int64], focal_px: float) -> 
         if np.count_nonzero(known) < 3:
             continue
         here = float(np.sort(profile[known])[1])  # the finger is nearer than what is behind it
-        if found and abs(here - nearest) > 2.0 * _THICK_M:
+        if found and abs(here - nearest) > 2.0 * options.thickness_m:
             break
-        own = np.flatnonzero(np.abs(profile - here) < _THICK_M)
+        own = np.flatnonzero(np.abs(profile - here) < options.thickness_m)
         runs = np.split(own, np.flatnonzero(np.diff(own) > 2) + 1)
         run = min(runs, key=lambda r: float(np.abs(offsets[r] - middle).min()))
         width = (offsets[run[-1]] - offsets[run[0]] + 1) * here / focal_px
-        if width > _MAX_WIDTH_M or run[0] == 0 or run[-1] == len(offsets) - 1:
+        if width > options.greatest_width_m or run[0] == 0 or run[-1] == len(offsets) - 1:
             if found:
                 break
             continue
-        if width < _MIN_WIDTH_M:
+        if width < options.least_width_m:
             continue
         middle, nearest = 0.5 * float(offsets[run[0]] + offsets[run[-1]]), here
         found.append((k, middle))

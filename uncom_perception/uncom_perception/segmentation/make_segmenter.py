@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from uncom_perception.config import DetectionConfig
 from uncom_perception.exceptions import UnknownBackendError
-from uncom_perception.segmentation.cluster import ClusterSegmenter
+from uncom_perception.segmentation.cluster_segmenter import ClusterSegmenter
 from uncom_perception.segmentation.segmenter import Segmenter
 
 SEGMENTERS = ("cluster", "sam")
@@ -21,7 +21,7 @@ def make_segmenter(name: str, model: str = "", device: str = "auto", *, boxes_as
     if name not in SEGMENTERS:
         raise UnknownBackendError("segmentation", name, SEGMENTERS)
     if name == "sam":
-        from uncom_perception.segmentation.sam import load_sam  # noqa: PLC0415  (only where it is asked for)
+        from uncom_perception.segmentation.sam_segmenter import load_sam  # noqa: PLC0415  (only where it is asked for)
 
         return load_sam(model, device, boxes_as_points=boxes_as_points)
     return ClusterSegmenter()

@@ -10,14 +10,13 @@ import numpy.typing as npt
 from uncom_common.camera import PinholeCamera
 from uncom_common.pretrained_models import load_with_processor, pick_device, require
 
-from uncom_perception.depth.estimator import DepthEstimator
+from uncom_perception.depth.depth_estimator import DepthEstimator
+from uncom_perception.depth.options import DEPTH_SCALE, DepthScaleOptions
 from uncom_perception.exceptions import TableNotFoundError
 from uncom_perception.hands.detector import check_rgb
 from uncom_perception.objects.table.table_plane import find_table_plane
 
 DEFAULT_MODEL = "facebook/dpt-dinov2-small-nyu"
-_STRIDE = 4
-_LEAST_SCALE, _MOST_SCALE = 0.4, 2.5  # beyond, what was taken for the table is something else
 
 
 class DptDepth(DepthEstimator):
@@ -51,14 +50,20 @@ class DptDepth(DepthEstimator):
         return np.where(depth > 0.0, depth, np.float32(np.nan)).astype(np.float32)
 
 
-def table_scale(depth: npt.NDArray[np.float32], camera: PinholeCamera, camera_above_table_m: float) -> float | None:
+def table_scale(
+    depth: npt.NDArray[np.float32],
+    camera: PinholeCamera,
+    camera_above_table_m: float,
+    *,
+    options: DepthScaleOptions = DEPTH_SCALE,
+) -> float | None:
     """Return the factor that makes an estimated depth (H, W) [m] agree with the camera's height above the table [m].
 
     None where no table is seen or the factor is absurd.
     """
-    sparse = depth[::_STRIDE, ::_STRIDE].astype(float)
+    sparse = depth[:: options.stride, :: options.stride].astype(float)
     v, u = np.nonzero(np.isfinite(sparse))
-    points = camera.deproject(np.column_stack([u, v]) * float(_STRIDE), sparse[v, u])
+    points = camera.deproject(np.column_stack([u, v]) * float(options.stride), sparse[v, u])
     try:
         plane = find_table_plane(points, np.array([0.0, -0.8, -0.6]), gravity_known=False)
     except TableNotFoundError:
@@ -67,7 +72,7 @@ def table_scale(depth: npt.NDArray[np.float32], camera: PinholeCamera, camera_ab
     if height < 1e-3:
         return None
     factor = camera_above_table_m / height
-    return factor if _LEAST_SCALE < factor < _MOST_SCALE else None
+    return factor if options.least_scale < factor < options.greatest_scale else None
 
 
 def load_dpt(model_id: str = "", device: str = "auto") -> DptDepth:

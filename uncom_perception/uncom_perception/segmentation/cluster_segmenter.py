@@ -9,11 +9,9 @@ import cv2
 import numpy as np
 
 from uncom_perception.exceptions import InvalidImageError
+from uncom_perception.segmentation.options import CLUSTER_SEGMENTER, ClusterSegmenterOptions
 from uncom_perception.segmentation.segmenter import DepthImage, FloatArray, RgbImage, Segmenter
 from uncom_perception.types import Box, Mask
-
-_GUESS = 0.16  # of the image's width: the box that GrabCut starts from about a bare point
-_JUMP = 0.012  # of the depth: more between neighbouring pixels is an edge
 
 
 class ClusterSegmenter(Segmenter):
@@ -31,7 +29,7 @@ class ClusterSegmenter(Segmenter):
         height, width = image_rgb.shape[:2]
         if depth is not None and depth.shape != (height, width):
             raise InvalidImageError(f"depth {depth.shape[::-1]} px is not registered to the image {width}x{height} px")
-        half = _GUESS * width / 2.0
+        half = CLUSTER_SEGMENTER.guess * width / 2.0
         seeds = [Box(u - half, v - half, u + half, v + half) for u, v in points] + list(boxes)
         masks, scores = [], []
         for box in seeds:
@@ -69,13 +67,13 @@ def _grab(image_rgb: RgbImage, box: Box) -> Mask:
     return mask
 
 
-def _connected_depth(depth: DepthImage, box: Box) -> Mask:
+def _connected_depth(depth: DepthImage, box: Box, *, options: ClusterSegmenterOptions = CLUSTER_SEGMENTER) -> Mask:
     """Return what is reached from the box's centre without a jump in depth (unknown depth does not stop)."""
     known = np.where(np.isfinite(depth) & (depth > 0.0), depth, 0.0).astype(np.float32)
     filled = cv2.morphologyEx(known, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
     edge = (
         cv2.morphologyEx(filled, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8))
-        > np.maximum(_JUMP * filled, 0.008) * 2.0
+        > np.maximum(options.depth_jump * filled, 0.008) * 2.0
     )
     _, labels = cv2.connectedComponents((~edge).astype(np.uint8), connectivity=4)
     u, v = (round(c) for c in box.center)

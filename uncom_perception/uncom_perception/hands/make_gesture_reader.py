@@ -6,7 +6,7 @@ from __future__ import annotations
 from uncom_perception.config import GestureConfig
 from uncom_perception.exceptions import UnknownBackendError
 from uncom_perception.hands.detector import HandDetector
-from uncom_perception.hands.gesture import STYLES, GestureReader, make_reader
+from uncom_perception.hands.gesture_reader import STYLES, GestureReader, make_reader
 from uncom_perception.hands.mediapipe_hands import MediaPipeHands
 
 HAND_BACKENDS = ("mediapipe",)

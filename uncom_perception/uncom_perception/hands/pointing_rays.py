@@ -10,17 +10,15 @@ import numpy.typing as npt
 from uncom_common.camera import PinholeCamera
 
 from uncom_perception.hands.detector import FloatArray, RawHand
+from uncom_perception.hands.options import POINTING_RAY, PointingRayOptions
 from uncom_perception.types import MetricRay, PointingRay
 
 DepthImage = npt.NDArray[np.float32]
 
-_FINGER_RADIUS_M = 0.008
-_MIN_LINE_M, _MAX_LINE_M = 0.035, 0.16  # from index base to tip, of children and large men
-_LANDMARK_NOISE = 0.025  # of the hand's size in the image
-_SYSTEMATIC_RAD = math.radians(2.5)
 
-
-def image_ray(hand: RawHand, line: tuple[int, ...], style: str) -> PointingRay | None:
+def image_ray(
+    hand: RawHand, line: tuple[int, ...], style: str, *, options: PointingRayOptions = POINTING_RAY
+) -> PointingRay | None:
     """Return the ray of a hand in the image from the first to the last landmark of a line; None if it has no length.
 
     Source: paper, section III-E (landmarks 5 to 8).
@@ -30,8 +28,8 @@ def image_ray(hand: RawHand, line: tuple[int, ...], style: str) -> PointingRay |
     if length < 2.0:
         return None
     direction = (tip - origin) / length
-    noise = max(1.0, _LANDMARK_NOISE * hand.size_px) * math.sqrt(2.0)
-    sigma = math.hypot(math.atan2(noise, length), _SYSTEMATIC_RAD)
+    noise = max(1.0, options.landmark_noise * hand.size_px) * math.sqrt(2.0)
+    sigma = math.hypot(math.atan2(noise, length), options.systematic_rad)
     return PointingRay(
         (float(origin[0]), float(origin[1])),
         (float(tip[0]), float(tip[1])),
@@ -42,7 +40,12 @@ def image_ray(hand: RawHand, line: tuple[int, ...], style: str) -> PointingRay |
 
 
 def metric_ray(
-    hand: RawHand, line: tuple[int, ...], depth: DepthImage, camera: PinholeCamera
+    hand: RawHand,
+    line: tuple[int, ...],
+    depth: DepthImage,
+    camera: PinholeCamera,
+    *,
+    options: PointingRayOptions = POINTING_RAY,
 ) -> tuple[MetricRay, float] | None:
     """Return the ray in the camera's optical frame [m] and its standard deviation [rad], or None if depth is too poor.
 
@@ -63,14 +66,14 @@ def metric_ray(
     if fit is None:
         return None
     inverse_base, slope, sigma_inverse = fit
-    ends = 1.0 / np.maximum(np.array([inverse_base, inverse_base + slope]), 1e-3) + _FINGER_RADIUS_M
+    ends = 1.0 / np.maximum(np.array([inverse_base, inverse_base + slope]), 1e-3) + options.finger_radius_m
     origin, tip = camera.deproject(joints[[0, -1]], ends)
     length = float(np.linalg.norm(tip - origin))
-    if not _MIN_LINE_M < length < _MAX_LINE_M:
+    if not options.least_line_m < length < options.greatest_line_m:
         return None
     depth_noise = max(sigma_inverse * float(ends.mean()) ** 2, 0.3 * spread, 0.001)
-    pixel_noise = max(1.0, _LANDMARK_NOISE * hand.size_px) * float(ends.mean()) / camera.fx
-    sigma = math.hypot(math.sqrt(2.0) * math.hypot(depth_noise, pixel_noise) / length, _SYSTEMATIC_RAD)
+    pixel_noise = max(1.0, options.landmark_noise * hand.size_px) * float(ends.mean()) / camera.fx
+    sigma = math.hypot(math.sqrt(2.0) * math.hypot(depth_noise, pixel_noise) / length, options.systematic_rad)
     return MetricRay(origin, tip, (tip - origin) / length), min(sigma, 1.0)
 
 

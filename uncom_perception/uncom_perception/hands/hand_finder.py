@@ -8,30 +8,12 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 
 from uncom_perception.exposure import lightened
-from uncom_perception.hands.detector import (
-    INDEX_MCP,
-    INDEX_TIP,
-    MIDDLE_MCP,
-    PINKY_MCP,
-    WRIST,
-    FloatArray,
-    HandDetector,
-    RawHand,
-    RgbImage,
-    check_rgb,
-)
-from uncom_perception.hands.motion import MotionWatch, Newcomer
-from uncom_perception.hands.noise import without_noise
-from uncom_perception.hands.views import View, around, from_afar, second_looks, whole
-
-_AGREEMENT = 0.25  # of the hand's size: how far the landmarks of two looks at one hand may differ
-_CLEAR = 0.6  # evidence for pointing above which no other look is needed
-_MAX_LOOKS = 6
-_LARGE = 0.4  # of the image: a hand that does not leave much room for closer looks
-_FRESH = 3  # images in a row without a hand, up to which all looks are taken
-_SURE_S = 0.8  # a scene that stays as it is so long is known
-_IDLE_S = 0.45  # how often a scene is looked at in which nothing changes
-_CLOSER_S = 0.35  # how often a hand that does not point is looked at closely
+from uncom_perception.hands.detector import FloatArray, HandDetector, RawHand, RgbImage, check_rgb
+from uncom_perception.hands.image_noise import without_noise
+from uncom_perception.hands.image_views import View, around, from_afar, second_looks, whole
+from uncom_perception.hands.landmarks import Landmark
+from uncom_perception.hands.motion_detection import MotionWatch, Newcomer
+from uncom_perception.hands.options import HAND_FINDER, HandFinderOptions
 
 
 class HandFinder:
@@ -48,15 +30,18 @@ class HandFinder:
         lite: HandDetector | None = None,
         evidence: Callable[[RawHand], float] | None = None,
         keep_s: float = 0.7,
+        options: HandFinderOptions = HAND_FINDER,
     ) -> None:
         """Look with a detector.
 
         Args:
+            options: numbers that tune it.
             detector: the main one.
             lite: another one, which sees other hands.
             evidence: how clearly a hand points, 0 to 1; an unclear hand gets another look.
             keep_s: how long a hand is expected after it was last seen [s].
         """
+        self._options = options
         self._detector = detector
         self._lite = lite
         self._evidence = evidence
@@ -97,8 +82,8 @@ class HandFinder:
         self._quiet_since_s = min(self._quiet_since_s, stamp_s)
         attentive = thorough or stamp_s <= self._expected_until_s
         lost = bool(self._last) and 0.0 <= stamp_s - self._last_stamp_s <= self._keep_s
-        quiet = self._watch.quiet and stamp_s - self._quiet_since_s >= _SURE_S
-        if quiet and not attentive and not self._last and 0.0 <= stamp_s - self._looked_s < _IDLE_S:
+        quiet = self._watch.quiet and stamp_s - self._quiet_since_s >= self._options.settled_s
+        if quiet and not attentive and not self._last and 0.0 <= stamp_s - self._looked_s < self._options.idle_period_s:
             return ()
         self._looked_s = stamp_s
         image_rgb = without_noise(lightened(image_rgb))
@@ -122,18 +107,24 @@ class HandFinder:
 
         A hand that did not point a moment ago is not looked at closely in every image.
         """
-        if self._evidence is None or self._evidence(hand) >= _CLEAR:
+        if self._evidence is None or self._evidence(hand) >= self._options.clear_evidence:
             return hand
         near = np.linalg.norm(_middle(hand) - self._unclear) < 0.3 * hand.size_px
-        if near and 0.0 < stamp_s - self._unclear_s < _CLOSER_S and stamp_s > self._expected_until_s:
+        if (
+            near
+            and 0.0 < stamp_s - self._unclear_s < self._options.closer_period_s
+            and stamp_s > self._expected_until_s
+        ):
             return hand
         clear: list[RawHand] = []
         for seen in self._closer_looks(image_rgb, hand):
             if np.linalg.norm(_middle(seen) - _middle(hand)) > 0.6 * max(hand.size_px, seen.size_px):
                 continue
-            if self._evidence(seen) < _CLEAR:
+            if self._evidence(seen) < self._options.clear_evidence:
                 continue
-            if any(_same(seen, other) for other in clear) or _same(seen, hand):
+            if any(_same(seen, other, options=self._options) for other in clear) or _same(
+                seen, hand, options=self._options
+            ):
                 return seen
             clear.append(seen)
         self._unclear, self._unclear_s = _middle(hand), stamp_s
@@ -160,7 +151,7 @@ class HandFinder:
         if newcomer is not None:
             views += _views_of(newcomer, image_rgb.shape)
         elsewhere = list(second_looks(image_rgb.shape))
-        fresh = self._misses <= _FRESH
+        fresh = self._misses <= self._options.fresh_images
         if thorough:
             views += elsewhere
         elif not views:
@@ -170,7 +161,7 @@ class HandFinder:
             self._turn += 1
             views = [views[self._turn % len(views)]]
         use_lite = thorough or (fresh and (lost or newcomer is not None))
-        return self._agreed(image_rgb, views[: None if thorough else _MAX_LOOKS], use_lite=use_lite)
+        return self._agreed(image_rgb, views[: None if thorough else self._options.max_looks], use_lite=use_lite)
 
     def _agreed(self, image_rgb: RgbImage, views: Iterable[View], *, use_lite: bool) -> tuple[RawHand, ...]:
         """Return the first hand that two looks agree on."""
@@ -178,7 +169,7 @@ class HandFinder:
 
         def agree(hand: RawHand) -> RawHand | None:
             for other in seen:
-                if _same(hand, other):
+                if _same(hand, other, options=self._options):
                     return max(hand, other, key=self._evidence or (lambda h: h.score))
             return None
 
@@ -203,7 +194,7 @@ class HandFinder:
         for factor, turns in ((2.4, 0), (3.5, 0), (1.7, 0), (2.4, 2)):
             view = around(_middle(hand), factor * hand.size_px, image_rgb.shape, turns)
             yield from _plausible(_seen_in(image_rgb, view, self._detector))
-        if hand.size_px > _LARGE * min(image_rgb.shape[:2]):
+        if hand.size_px > self._options.large_hand * min(image_rgb.shape[:2]):
             yield from _plausible(_seen_in(image_rgb, from_afar(image_rgb.shape, 0.55), self._detector))
 
 
@@ -230,11 +221,13 @@ def _middle(hand: RawHand) -> np.ndarray:
     return np.asarray(hand.landmarks[:, :2].mean(axis=0))
 
 
-def _same(a: RawHand, b: RawHand) -> bool:
+def _same(a: RawHand, b: RawHand, *, options: HandFinderOptions = HAND_FINDER) -> bool:
     """Whether two looks see the same hand in the same shape."""
     difference = np.linalg.norm(a.landmarks[:, :2] - b.landmarks[:, :2], axis=1)
     size = max(a.size_px, b.size_px)
-    return bool(np.median(difference) < _AGREEMENT * size and difference[INDEX_TIP] < _AGREEMENT * size)
+    return bool(
+        np.median(difference) < options.agreement * size and difference[Landmark.INDEX_TIP] < options.agreement * size
+    )
 
 
 def _plausible(hands: tuple[RawHand, ...]) -> tuple[RawHand, ...]:
@@ -244,7 +237,7 @@ def _plausible(hands: tuple[RawHand, ...]) -> tuple[RawHand, ...]:
         marks = hand.landmarks[:, :2]
         if hand.size_px < 12.0:
             continue
-        palm = marks[[WRIST, INDEX_MCP, MIDDLE_MCP, PINKY_MCP]]
+        palm = marks[[Landmark.WRIST, Landmark.INDEX_MCP, Landmark.MIDDLE_MCP, Landmark.PINKY_MCP]]
         if np.ptp(palm, axis=0).max() < 0.15 * hand.size_px:
             continue
         if any(np.median(np.linalg.norm(marks - k.landmarks[:, :2], axis=1)) < 0.3 * k.size_px for k in kept):
