@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from uncom_common.exceptions import InvalidConfigError
+from uncom_common.options import PROJECTION
 
 FloatArray = npt.NDArray[np.float64]
-_MIN_DEPTH_M = 1e-6  # nearer points project to no pixel
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class PinholeCamera:
     def project(self, points: npt.ArrayLike) -> FloatArray:
         """Project points (N, 3) of the optical frame [m] to pixels (N, 2); points behind the camera give NaN."""
         p = np.atleast_2d(np.asarray(points, dtype=float))
-        z = np.where(p[:, 2] > _MIN_DEPTH_M, p[:, 2], np.nan)
+        z = np.where(p[:, 2] > PROJECTION.min_depth_m, p[:, 2], np.nan)
         return np.column_stack([self.fx * p[:, 0] / z + self.cx, self.fy * p[:, 1] / z + self.cy])
 
     def deproject(self, pixels: npt.ArrayLike, depth: npt.ArrayLike) -> FloatArray:

@@ -1,11 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers that tune the buffer of transforms, the loading of weights, and nodes at their end."""
+"""Numbers that tune projection, the buffer of transforms, the loading of weights, and nodes at their end."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from uncom_common.tunables import tunable
+
+
+@dataclass(frozen=True, slots=True)
+class ProjectionOptions:
+    """Which points a camera projects."""
+
+    min_depth_m: float = tunable(1e-6, unit="m", meaning="points that are nearer along the optical axis have no pixel")
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +46,7 @@ class NodeOptions:
     shutdown_timeout_s: float = tunable(2.0, unit="s", meaning="longest wait for a callback at the end")
 
 
+PROJECTION = ProjectionOptions()
 TRANSFORM_BUFFER = TransformBufferOptions()
 WEIGHT_LOADING = WeightLoadingOptions()
 NODE = NodeOptions()

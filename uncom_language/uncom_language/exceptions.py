@@ -16,7 +16,7 @@ class UnknownBackendError(LanguageError, ValueError):
     """A back end is asked for that does not exist or is not installed."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> None:
-        """Keep the name; list those that work."""
+        """Say which back end of a kind (speech, language) is not available, which are, and how to get it."""
         self.name = name
         choices = ", ".join(known)
         super().__init__(
@@ -28,7 +28,7 @@ class UnknownLanguageError(LanguageError, ValueError):
     """No language pack of that name is shipped."""
 
     def __init__(self, language: str, known: Iterable[str]) -> None:
-        """Keep the language; list those that exist."""
+        """Say for which language there is no pack, and for which there are."""
         self.language = language
         super().__init__(f"no language pack {language!r} (choose one of: {', '.join(known)})")
 
@@ -41,7 +41,7 @@ class SoundFileError(LanguageError, ValueError):
     """A sound file is missing, unreadable or empty."""
 
     def __init__(self, path: object, why: str) -> None:
-        """Keep the path."""
+        """Say which file cannot be read, and why."""
         self.path = str(path)
         super().__init__(f"cannot read sound from {self.path}: {why}")
 

@@ -135,5 +135,5 @@ def _is_broken(commands: tuple[Command, ...]) -> bool:
 def _in_words(command: Command) -> str:
     if command.act is not Act.COMMAND:
         return command.reason
-    primitive, relation, thing, place = agreement_key(command)
-    return " - ".join(filter(None, [thing, primitive.value, relation.value if place else "", place]))
+    primitive, relation, reference, place = agreement_key(command)
+    return " - ".join(filter(None, [reference, primitive.value, relation.value if place else "", place]))

@@ -13,7 +13,7 @@ from uncom_language.parser.grammar_parser import even_spans, load_parser
 from uncom_language.parser.lexical.tagger import split_text
 from uncom_language.types import Act, Command, Reference, Relation, Span, Transcript
 
-_ASK = {
+_QUESTIONS = {
     "object": "the object is missing: what shall I {action}?",
     "target": "the target is missing: where shall I {action} {object}?",
 }
@@ -46,8 +46,8 @@ def command_from_answer(answer: Mapping[str, Any], transcript: Transcript, langu
     )
     if read.act is Act.INCOMPLETE:
         name = "object" if command.object is None else "target"
-        thing = command.object.text if command.object else ""
-        return replace(command, act=Act.INCOMPLETE, reason=_ASK[name].format(action=action, object=thing))
+        reference = command.object.text if command.object else ""
+        return replace(command, act=Act.INCOMPLETE, reason=_QUESTIONS[name].format(action=action, object=reference))
     return command
 
 
@@ -76,6 +76,6 @@ def _reference(part: Mapping[str, Any] | None, read: Reference | None) -> Refere
 
 def agreement_key(command: Command) -> tuple[Primitive, Relation, str, str]:
     """Return what two readings of the same words must share to agree."""
-    thing = command.object.head if command.object else ""
+    reference = command.object.head if command.object else ""
     place = command.target.head if command.target else ""
-    return command.primitive, command.relation, thing, place
+    return command.primitive, command.relation, reference, place

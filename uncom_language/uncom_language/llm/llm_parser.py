@@ -49,7 +49,7 @@ class LlmParser:
     """Asks a model twice: what object, action and target are, then which of them are concrete."""
 
     def __init__(self, model: ChatBackend, language: str = "en") -> None:
-        """Keep the model and read the prompts.
+        """Take the model, and read the prompts of a language.
 
         Raises:
             UnknownLanguageError: there are no prompts in the language.

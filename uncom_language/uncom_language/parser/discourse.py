@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 from uncom_language.parser.syntax.clause import Clause
 from uncom_language.types import Act, Command, Reference, Relation
 
-_ASKS = {
+_QUESTIONS = {
     "action": "the action is missing: what shall I do with {part}?",
     "object": "the object is missing: what shall I {part}?",
     "target": "the target is missing: where shall I {part}?",
 }
 _SUPPORTING = (Relation.IN, Relation.ON)
-_ACTING = frozenset({"put", "stack", "pour", "push", "give"})
+_VERBS_WITH_OBJECT = frozenset({"put", "stack", "pour", "push", "give"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,37 +28,41 @@ class Utterance:
 
 
 def commands_from_clauses(said: Utterance, clauses: Sequence[Clause]) -> list[Command]:
-    """Join "take X" with "put it there", carry pronouns and verbs over, and split things that go together."""
+    """Join "take X" with "put it there", carry pronouns and verbs over, and split objects that go together."""
     commands: list[Command] = []
-    held: Clause | None = None
+    pending_pick: Clause | None = None
     previous: Clause | None = None
     for position, clause in enumerate(clauses):
         current = _with_verb_of(clause, previous)
         following = clauses[position + 1] if position + 1 < len(clauses) else None
-        before = held or previous
+        before = pending_pick or previous
         if clause.topic:
             before = replace(clause, objects=clause.topic, target=None)
-        if current.kind == "take" and following is not None and _continues(following, current):
-            held = _resolved(current, before)
-            previous = held
+        if current.kind == "take" and following is not None and _continues_pick(following, current):
+            pending_pick = _resolve_pronouns(current, before)
+            previous = pending_pick
             continue
-        current = _resolved(current, before)
+        current = _resolve_pronouns(current, before)
         commands.extend(_commands_of(said, current))
-        previous, held = current, None
+        previous, pending_pick = current, None
     return commands
 
 
-def _continues(clause: Clause, taken: Clause) -> bool:
+def _continues_pick(clause: Clause, taken: Clause) -> bool:
     """Whether a clause ends what "take X" began: it moves "it" (or X by its name) on, and does not pick it again."""
     if clause.kind in ("", "take", "point"):
         return clause.kind == "" and not clause.objects and clause.target is not None
-    if len(clause.objects) == len(taken.objects) == 1 and clause.placed and _same(taken.objects[0], clause.objects[0]):
+    if (
+        len(clause.objects) == len(taken.objects) == 1
+        and clause.placed
+        and _is_same_reference(taken.objects[0], clause.objects[0])
+    ):
         return True
-    return all(thing.anaphoric for thing in clause.objects) and not clause.topic
+    return all(reference.anaphoric for reference in clause.objects) and not clause.topic
 
 
-def _same(first: Reference, second: Reference) -> bool:
-    """Whether two named references are the same words for the same thing."""
+def _is_same_reference(first: Reference, second: Reference) -> bool:
+    """Whether two named references are the same words for the same object."""
     alike = (first.text, first.quantity) == (second.text, second.quantity) and second.anchor is None
     return alike and second.concrete and not second.other and not second.deictic
 
@@ -80,18 +84,18 @@ def _with_verb_of(clause: Clause, previous: Clause | None) -> Clause:
     return made
 
 
-def _resolved(clause: Clause, before: Clause | None) -> Clause:
+def _resolve_pronouns(clause: Clause, before: Clause | None) -> Clause:
     """Replace "it" and "them" by what was spoken of before."""
     if before is None or not before.objects:
         return clause
     objects = clause.objects
-    if not objects and clause.kind in _ACTING:
-        objects = tuple(replace(thing, anaphoric=True) for thing in before.objects)
-    elif any(thing.anaphoric for thing in objects):
+    if not objects and clause.kind in _VERBS_WITH_OBJECT:
+        objects = tuple(replace(reference, anaphoric=True) for reference in before.objects)
+    elif any(reference.anaphoric for reference in objects):
         objects = tuple(
-            replace(old, anaphoric=True, order=thing.order) if thing.anaphoric else thing
-            for thing in objects
-            for old in (before.objects if thing.anaphoric else (thing,))
+            replace(old, anaphoric=True, order=reference.order) if reference.anaphoric else reference
+            for reference in objects
+            for old in (before.objects if reference.anaphoric else (reference,))
         )
     target = clause.target
     if target is not None and target.anaphoric:
@@ -100,19 +104,19 @@ def _resolved(clause: Clause, before: Clause | None) -> Clause:
 
 
 def _antecedent_of_target(clause: Clause, before: Clause) -> Reference:
-    """Return what "it" is in "next to it": where the thing before went, if there was such a place.
+    """Return what "it" is in "next to it": where the object before went, if there was such a place.
 
     "Put the fork to the left of the plate and the knife to the right of it"; but "move the cup here and put the
     lid on it".
     """
-    moved = any(thing.anaphoric for thing in clause.objects)
+    moved = any(reference.anaphoric for reference in clause.objects)
     if before.target is not None and before.target.concrete and (not moved or clause.relation in _SUPPORTING):
         return before.target
     return before.objects[0]
 
 
 def _commands_of(said: Utterance, clause: Clause) -> list[Command]:
-    if clause.kind == "stack" and not clause.placed and _two_single(clause.objects):
+    if clause.kind == "stack" and not clause.placed and _are_two_single(clause.objects):
         first, second = clause.objects
         clause = replace(clause, objects=(first,), target=second, relation=Relation.ON)
     missing = clause.missing
@@ -126,26 +130,26 @@ def _commands_of(said: Utterance, clause: Clause) -> list[Command]:
         target=clause.target,
         reference2=clause.reference2,
         relation=clause.relation,
-        reason=_ask(clause, missing),
+        reason=_question(clause, missing),
         distance_m=clause.distance_m,
     )
     if clause.kind == "stack" and clause.target is not None and command.relation is Relation.NONE:
         command = replace(command, relation=Relation.ON)
     if missing == "action":
-        amends = said.amends or clause.excludes or (clause.distance_m > 0.0 and not clause.objects)
+        amends = said.amends or clause.is_exclusion or (clause.distance_m > 0.0 and not clause.objects)
         command = replace(command, act=Act.CORRECTION if amends else Act.FRAGMENT)
-    return [replace(command, object=thing) for thing in clause.objects] or [command]
+    return [replace(command, object=reference) for reference in clause.objects] or [command]
 
 
-def _two_single(things: Sequence[Reference]) -> bool:
-    """Whether exactly two things are stacked: the first on the second."""
-    return [thing.quantity for thing in things] == [1, 1]
+def _are_two_single(references: Sequence[Reference]) -> bool:
+    """Whether exactly two objects are stacked: the first on the second."""
+    return [reference.quantity for reference in references] == [1, 1]
 
 
-def _ask(clause: Clause, missing: str) -> str:
+def _question(clause: Clause, missing: str) -> str:
     if not missing:
         return ""
     if missing == "action":
-        return _ASKS[missing].format(part=clause.objects[0].text if clause.objects else "it")
+        return _QUESTIONS[missing].format(part=clause.objects[0].text if clause.objects else "it")
     what = clause.objects[0].text if clause.objects else ""
-    return _ASKS[missing].format(part=" ".join(filter(None, [clause.action_text, what])))
+    return _QUESTIONS[missing].format(part=" ".join(filter(None, [clause.action_text, what])))

@@ -8,7 +8,7 @@ from uncom_common.primitive import Primitive
 from uncom_language.parser.grammar_parser import load_parser, parse_text
 from uncom_language.types import Act, Command, Reference, Relation
 
-_AT_ONCE = frozenset({Act.STOP, Act.CANCEL, Act.YES})
+_COMPLETE_ACTS = frozenset({Act.STOP, Act.CANCEL, Act.YES})
 
 
 def end_of_turn_pause_s(words: str, quick_s: float, full_s: float, language: str = "en") -> float:
@@ -23,17 +23,17 @@ def end_of_turn_pause_s(words: str, quick_s: float, full_s: float, language: str
     if not words:
         return full_s
     ones = load_parser(language).lexicon.ones
-    return full_s if any(_may_go_on(command, ones) for command in parse_text(words, language)) else quick_s
+    return full_s if any(_is_likely_continued(command, ones) for command in parse_text(words, language)) else quick_s
 
 
-def _may_go_on(command: Command, ones: frozenset[str]) -> bool:
+def _is_likely_continued(command: Command, ones: frozenset[str]) -> bool:
     """Whether more words are likely to belong to a command."""
-    if command.act in _AT_ONCE:
+    if command.act in _COMPLETE_ACTS:
         return False
     if command.act is not Act.COMMAND:
         return True
     last = command.reference2 or command.target or command.object
-    if last is None or _half_said(last, ones):
+    if last is None or _lacks_noun(last, ones):
         return True
     if command.target is None and command.relation is not Relation.NONE:
         return True  # "to the left" may go on with "of the box"
@@ -43,7 +43,7 @@ def _may_go_on(command: Command, ones: frozenset[str]) -> bool:
     return bool(last.deictic) and last.text == last.deictic and command.relation not in (Relation.HERE, Relation.THERE)
 
 
-def _half_said(reference: Reference, ones: frozenset[str]) -> bool:
+def _lacks_noun(reference: Reference, ones: frozenset[str]) -> bool:
     """Whether a noun seems to be missing: "the red", "the second"."""
     named = reference.concrete or reference.deictic or reference.anaphoric
     return not named and reference.head not in ones and not reference.anchor

@@ -189,7 +189,7 @@ class GrammarParser:
         return ""
 
     def _is_discarding(self, clause: Clause) -> bool:
-        """Whether a thing is to be got rid of, and nobody says where to."""
+        """Whether an object is to be got rid of, and nobody says where to."""
         said = f"{clause.action_text} "
         thrown = any(said.startswith(f"{verb} ") for verb in self.lexicon.raw.get("thrown", ()))
         return thrown and bool(clause.objects) and clause.target is None and not clause.placed
@@ -210,7 +210,7 @@ class GrammarParser:
         place = next((token for token in unfinished if token.tag in _UNFINISHED_PLACE_TAGS), None)
         if place is not None:
             relation = Relation(place.value) if place.tag == "RELATION" else Relation.NONE
-            clauses[-1] = replace(clauses[-1], lacks="target", relation=relation, target=None)
+            clauses[-1] = replace(clauses[-1], unfinished_part="target", relation=relation, target=None)
         return clauses
 
 
@@ -228,8 +228,8 @@ def _grammar_refusal(error: NotInGrammarError, text: str) -> str:
 
 def _is_bare_pronoun(command: Command) -> bool:
     """Whether a fragment is nothing but "it"."""
-    thing = command.object
-    return thing is not None and thing.anaphoric and thing.quantity == 1 and command.target is None
+    reference = command.object
+    return reference is not None and reference.anaphoric and reference.quantity == 1 and command.target is None
 
 
 def _names_object_or_action(command: Command) -> bool:

@@ -7,79 +7,81 @@ from dataclasses import replace
 
 from uncom_language.parser.lexical.tokens import PREMODIFIERS, Token
 
-_PLACES = frozenset({"RELATION", "TO", "SOURCE", "BETWEEN", "SIDE", "PLACE", "RECIPIENT"})
-_JOINS = frozenset({"AND", "CLAUSE_AND", "THEN"})
-_THING_START = PREMODIFIERS | {"NOUN", "ONE", "PRONOUN"}
-_THING_END = frozenset({"NOUN", "ONE", "PRONOUN", "DEICTIC", "PLACE", "SIDE", "OTHER", "ADJECTIVE"})
+_PLACE_TAGS = frozenset({"RELATION", "TO", "SOURCE", "BETWEEN", "SIDE", "PLACE", "RECIPIENT"})
+_CONJUNCTION_TAGS = frozenset({"AND", "CLAUSE_AND", "THEN"})
+_OBJECT_START_TAGS = PREMODIFIERS | {"NOUN", "ONE", "PRONOUN"}
+_OBJECT_END_TAGS = frozenset({"NOUN", "ONE", "PRONOUN", "DEICTIC", "PLACE", "SIDE", "OTHER", "ADJECTIVE"})
 
 
 def resolve_conjunctions(tokens: list[Token], stops: set[int], commas: set[int]) -> list[Token]:
-    """Tell an "and" between clauses from one between things, and put joins where none is spoken.
+    """Tell an "and" between clauses from one between objects, and put joins where none is spoken.
 
     Args:
         tokens: of one utterance; each "and" has the class AND.
         stops: indices of words that a full stop follows.
         commas: indices of words that a comma follows.
     """
-    settled: list[Token] = []
-    clause = _Clause()
+    resolved: list[Token] = []
+    clause = _ClauseState()
     for position, spoken in enumerate(tokens):
         token = spoken
-        made = _silent_join(settled, token, clause, stops, commas)
+        made = _unspoken_conjunction(resolved, token, clause, stops, commas)
         if made:
-            settled.append(Token(made, ".", ".", settled[-1].last, settled[-1].last))
+            resolved.append(Token(made, ".", ".", resolved[-1].last, resolved[-1].last))
             clause = clause.after(made)
         following = tokens[position + 1].tag if position + 1 < len(tokens) else ""
         if token.tag == "TO" and following == "VERB":
             continue  # "... and to put it there"
         if token.tag == "AND":
-            token = replace(token, tag=_join_tag(following, clause))
+            token = replace(token, tag=_conjunction_tag(following, clause))
         elif token.tag == "EXCEPT" and following == "VERB":
             token = replace(token, tag="CLAUSE_AND")  # "but put it there"
         clause = clause.after(token.tag)
-        settled.append(token)
-    while settled and settled[-1].tag in _JOINS:
-        settled.pop()
-    return settled
+        resolved.append(token)
+    while resolved and resolved[-1].tag in _CONJUNCTION_TAGS:
+        resolved.pop()
+    return resolved
 
 
-class _Clause:
+class _ClauseState:
     """What the clause has had so far."""
 
-    def __init__(self, verb: bool = False, place: bool = False, between: bool = False, thing: bool = False) -> None:
-        self.verb, self.place, self.between, self.thing = verb, place, between, thing
+    def __init__(self, verb: bool = False, place: bool = False, between: bool = False, reference: bool = False) -> None:
+        self.verb, self.place, self.between, self.reference = verb, place, between, reference
 
-    def after(self, tag: str) -> _Clause:
+    def after(self, tag: str) -> _ClauseState:
         """Return what it has had after a token."""
         if tag in ("CLAUSE_AND", "THEN"):
-            return _Clause()
-        return _Clause(
+            return _ClauseState()
+        return _ClauseState(
             self.verb or tag == "VERB",
-            self.place or tag in _PLACES,
+            self.place or tag in _PLACE_TAGS,
             (self.between or tag == "BETWEEN") and tag != "AND",
-            self.thing or tag in _THING_START,
+            self.reference or tag in _OBJECT_START_TAGS,
         )
 
 
-def _silent_join(settled: list[Token], token: Token, clause: _Clause, stops: set[int], commas: set[int]) -> str:
+def _unspoken_conjunction(
+    resolved: list[Token], token: Token, clause: _ClauseState, stops: set[int], commas: set[int]
+) -> str:
     """Return the join that is not spoken between two tokens; empty if there is none."""
-    if not settled or settled[-1].tag in _JOINS or token.tag in _JOINS:
+    if not resolved or resolved[-1].tag in _CONJUNCTION_TAGS or token.tag in _CONJUNCTION_TAGS:
         return ""
-    before = settled[-1]
+    before = resolved[-1]
     if any(before.last <= stop < token.first for stop in stops):
         return "THEN"
-    if token.tag == "VERB" and clause.verb and (clause.thing or clause.place):
+    if token.tag == "VERB" and clause.verb and (clause.reference or clause.place):
         return "CLAUSE_AND"  # "take the lemon put it in the bowl"
     if token.tag == before.tag == "DEICTIC":
         return "AND"  # "this, this and this"
     comma = any(before.last <= index < token.first for index in commas)
-    if comma and clause.verb and token.tag in _THING_START and before.tag in _THING_END:
+    if comma and clause.verb and token.tag in _OBJECT_START_TAGS and before.tag in _OBJECT_END_TAGS:
         return "CLAUSE_AND" if clause.place else "AND"  # "the fork, the knife and the spoon"
     return ""
 
 
-def _join_tag(following: str, clause: _Clause) -> str:
-    if following in ("VERB", "THEN", "") or (following in _PLACES and not clause.between):
+def _conjunction_tag(following: str, clause: _ClauseState) -> str:
+    if following in ("VERB", "THEN", "") or (following in _PLACE_TAGS and not clause.between):
         return "CLAUSE_AND"
     if clause.between:
         return "AND"

@@ -64,7 +64,7 @@ class Lexicon:
     many: frozenset[str]
     other_determiners: frozenset[str]
     put_down: frozenset[str]
-    ways: Mapping[str, str]
+    push_directions: Mapping[str, str]
     concepts: Mapping[str, str]
     head_index: int
     raw: Mapping[str, Any] = field(repr=False)
@@ -139,21 +139,7 @@ def load_lexicon(language: str = "en") -> Lexicon:
 
 def lexicon_from_data(language: str, raw: Mapping[str, Any]) -> Lexicon:
     """Build a lexicon from the contents of a lexicon file."""
-    table: dict[Phrase, list[Meaning]] = {}
-    for text, meaning in _entries(raw):
-        held = table.setdefault(phrase(text), [])
-        if all(meaning.tag != other.tag for other in held):
-            held.append(meaning)
-    singular: dict[str, str] = {}
-    noun_class: dict[str, str] = {}
-    for kind, noun in _nouns(raw):
-        plural = plural_of(noun, raw["plurals"]) if raw["plural_rule"] == "s" else raw["plurals"].get(noun, noun)
-        noun_class.setdefault(noun, kind)
-        if plural != noun:
-            singular.setdefault(plural, noun)
-            held = table.setdefault(phrase(plural), [])
-            if all(meaning.tag != "NOUN" for meaning in held):
-                held.append(Meaning("NOUN", noun, "plural"))
+    table, singular, noun_class = _phrase_table(raw)
     fillers, repairs = _phrases(raw, "fillers"), _phrases(raw, "repairs")
     return Lexicon(
         language=language,
@@ -188,11 +174,33 @@ def lexicon_from_data(language: str, raw: Mapping[str, Any]) -> Lexicon:
         many=frozenset(raw["many"]),
         other_determiners=frozenset(raw["other_determiners"]),
         put_down=frozenset(raw["put_down"]),
-        ways=raw["ways"],
+        push_directions=raw["ways"],
         concepts=raw.get("english", {}),
         head_index=-1 if raw["head"] == "last" else 0,
         raw=raw,
     )
+
+
+def _phrase_table(
+    raw: Mapping[str, Any],
+) -> tuple[dict[Phrase, list[Meaning]], dict[str, str], dict[str, str]]:
+    """Return all phrases with their meanings, the singulars of plurals, and the classes of nouns."""
+    table: dict[Phrase, list[Meaning]] = {}
+    for text, meaning in _entries(raw):
+        held = table.setdefault(phrase(text), [])
+        if all(meaning.tag != other.tag for other in held):
+            held.append(meaning)
+    singular: dict[str, str] = {}
+    noun_class: dict[str, str] = {}
+    for kind, noun in _nouns(raw):
+        plural = plural_of(noun, raw["plurals"]) if raw["plural_rule"] == "s" else raw["plurals"].get(noun, noun)
+        noun_class.setdefault(noun, kind)
+        if plural != noun:
+            singular.setdefault(plural, noun)
+            held = table.setdefault(phrase(plural), [])
+            if all(meaning.tag != "NOUN" for meaning in held):
+                held.append(Meaning("NOUN", noun, "plural"))
+    return table, singular, noun_class
 
 
 def _phrases(raw: Mapping[str, Any], section: str) -> frozenset[Phrase]:

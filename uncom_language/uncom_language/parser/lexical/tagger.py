@@ -189,11 +189,11 @@ class Tagger:
         if before in _TAGS_BEFORE_PERSON:
             return ("PERSON", "COUNT", "DEICTIC", "ADJECTIVE", "NOUN", "ONE")
         noun_follows = bool(following & {"NOUN", "ONE", "ADJECTIVE", "UNKNOWN_NOUN"})
-        thing_follows = noun_follows or bool(following & (PREMODIFIERS | {"PRONOUN"}))
+        object_follows = noun_follows or bool(following & (PREMODIFIERS | {"PRONOUN"}))
         if before == "GOING":
             return ("PARTICIPLE", "RELATION", "SIDE", "PLACE")
-        if before == "DEICTIC" and thing_follows and not noun_follows:
-            return _PREFERENCES["after", "thing"]  # "this near that": no quality stands before another article
+        if before == "DEICTIC" and object_follows and not noun_follows:
+            return _PREFERENCES["after", "object"]  # "this near that": no quality stands before another article
         unknown_noun = before == "NOUN" and previous is not None and previous.detail.startswith("unknown")
         situation = (
             "within"
@@ -201,10 +201,10 @@ class Tagger:
             else "begin"
             if before in _CLAUSE_BOUNDARY_TAGS
             else "after",
-            "noun" if noun_follows else "thing" if thing_follows else "end",
+            "noun" if noun_follows else "object" if object_follows else "end",
         )
         if situation == ("after", "end") and before in ("NOUN", "ONE", "PRONOUN"):
-            situation = ("thing", "end")
+            situation = ("object", "end")
         return _PREFERENCES[situation]
 
     def _next_tags(self, words: tuple[str, ...], after: int) -> frozenset[str]:
@@ -222,16 +222,16 @@ _CLAUSE_BOUNDARY_TAGS = frozenset({"", "AND", "CLAUSE_AND", "THEN"})
 _PREFERRED_AT_END = ("VERB", "NOUN", "ONE", "DEICTIC", "COUNT", "PARTICLE", "SIDE", "ADJECTIVE")
 _PREFERRED_AT_BEGINNING = ("VERB", "COUNT", "DEICTIC", "ADJECTIVE", "NOUN", "THEN", "RELATION")
 _PREFERRED_WITHIN_PHRASE = ("NOUN", "ONE", "ADJECTIVE", "COMPARED", "RELATION")
-# What stands before (within a phrase, at a clause's beginning, after a thing, elsewhere) and what follows.
+# What stands before (within a phrase, at a clause's beginning, after an object, elsewhere) and what follows.
 _PREFERENCES: dict[tuple[str, str], tuple[str, ...]] = {
     ("within", "noun"): ("COUNT", "ADJECTIVE", "NOUN", "ONE"),
-    ("within", "thing"): _PREFERRED_WITHIN_PHRASE,
+    ("within", "object"): _PREFERRED_WITHIN_PHRASE,
     ("within", "end"): _PREFERRED_WITHIN_PHRASE,
     ("begin", "noun"): _PREFERRED_AT_BEGINNING,
-    ("begin", "thing"): _PREFERRED_AT_BEGINNING,
+    ("begin", "object"): _PREFERRED_AT_BEGINNING,
     ("begin", "end"): ("THEN", *_PREFERRED_AT_END),
     ("after", "noun"): ("COUNT", "DEICTIC", "ADJECTIVE", "COMPARED", "RELATION", "VERB", "RELATIVE", "NOUN"),
-    ("after", "thing"): ("RELATION", "SOURCE", "VERB", "COMPARED", "RELATIVE", "NOUN", "COUNT", "ADJECTIVE"),
-    ("thing", "end"): ("PARTICLE", "SIDE", "RELATIVE", "PARTICIPLE", "NOUN", "VERB", "RELATION"),
+    ("after", "object"): ("RELATION", "SOURCE", "VERB", "COMPARED", "RELATIVE", "NOUN", "COUNT", "ADJECTIVE"),
+    ("object", "end"): ("PARTICLE", "SIDE", "RELATIVE", "PARTICIPLE", "NOUN", "VERB", "RELATION"),
     ("after", "end"): _PREFERRED_AT_END,
 }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""References in the words by which the detector knows things: those of the English pack."""
+"""References in the words by which the detector knows objects: those of the English pack."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from uncom_common.primitive import Primitive
 from uncom_language.parser.lexical.tokens import Token
 from uncom_language.types import Reference, Relation, Span
 
-_WHOLE = {
+_PRIMITIVE_OF_VERB = {
     "stack": Primitive.STACK,
     "pour": Primitive.POUR,
     "push": Primitive.PUSH,
@@ -37,14 +37,14 @@ class Clause:
     order: str = ""  # what is ordered as from a bar: "a mocha"
     topic: tuple[Reference, ...] = ()  # "this cup, put it there"
     distance_m: float = 0.0
-    lacks: str = ""  # a part that was begun and not said: "put the cup on the"
-    excludes: bool = False  # "not the red one, the blue one"
+    unfinished_part: str = ""  # a part that was begun and not said: "put the cup on the"
+    is_exclusion: bool = False  # "not the red one, the blue one"
 
     @property
     def primitive(self) -> Primitive:
         """What the arm is to do."""
-        if self.kind in _WHOLE:
-            return _WHOLE[self.kind]
+        if self.kind in _PRIMITIVE_OF_VERB:
+            return _PRIMITIVE_OF_VERB[self.kind]
         if self.kind == "want" and self.relation is Relation.NONE:
             return Primitive.GIVE
         if self.kind in ("put", "want"):
@@ -65,8 +65,8 @@ class Clause:
             return "action"
         if not self.objects:
             return "object"
-        if self.lacks:
-            return self.lacks
+        if self.unfinished_part:
+            return self.unfinished_part
         if self.kind in NEEDS_TARGET and not self.placed and not self.release:
             return "target"
         if self.kind == "stack" and not self.placed and len(self.objects) == 1 and self.objects[0].quantity == 1:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Clauses of the grammar to what they ask for: which thing, which action, which place."""
+"""Clauses of the grammar to what they ask for: which object, which action, which place."""
 
 from __future__ import annotations
 
@@ -13,31 +13,32 @@ from uncom_language.parser.lexical.lexicon import Lexicon
 from uncom_language.parser.lexical.tokens import Token
 from uncom_language.parser.syntax.clause import NEEDS_TARGET, Clause
 from uncom_language.parser.syntax.grammar import NotInGrammarError, Tree, children
-from uncom_language.parser.syntax.locative_phrases import SUPPORTING, LocativePhrase, WordTiming, attach_phrases
+from uncom_language.parser.syntax.locative_phrases import LocativePhrase, WordTiming, attach_phrases
 from uncom_language.parser.syntax.reference_builder import ReferenceBuilder, tokens_of
+from uncom_language.parser.syntax.target_phrases import ends_with_phrase, find_target_start, split_exclusions
 from uncom_language.types import Reference, Relation, Span
 
-# These verbs never take a place to go to: what follows tells which thing is meant.
-_NO_TARGET = frozenset({"take", "give", "point"})
-_SPOTS = frozenset({"located", "between", "side", "here", "moved"})
+# These verbs never take a place to go to: what follows tells which object is meant.
+_VERBS_WITHOUT_TARGET = frozenset({"take", "give", "point"})
+_TARGET_KINDS = frozenset({"located", "between", "side", "here", "moved"})
 
 
 @dataclass(slots=True)
 class _Parts:
-    """Children of a clause: what stands before the things, behind them, and behind "should go"."""
+    """Children of a clause: what stands before the objects, behind them, and behind "should go"."""
 
     verbs: list[Token] = field(default_factory=list)
-    things: list[Reference] = field(default_factory=list)
+    references: list[Reference] = field(default_factory=list)
     leading: list[LocativePhrase] = field(default_factory=list)
     following: list[LocativePhrase] = field(default_factory=list)
-    gone: list[LocativePhrase] = field(default_factory=list)
+    destinations: list[LocativePhrase] = field(default_factory=list)
 
 
 class ClauseReader:
     """Reads the clauses of one utterance."""
 
     def __init__(self, lexicon: Lexicon, timing: WordTiming) -> None:
-        """Keep the lexicon and the words' times."""
+        """Take the words of the language and the times of those that were said."""
         self._lexicon = lexicon
         self._timing = timing
         self._build = ReferenceBuilder(lexicon, timing)
@@ -56,83 +57,91 @@ class ClauseReader:
         # A participle says more than "should be": "should be stacked on".
         named = [token for token in parts.verbs if token.tag in ("VERB", "PARTICIPLE", "PARTICLE")]
         action = named or parts.verbs
-        targets, nested = self._split(kind or self._kind_before, parts)
+        targets, nested = self._split_phrases(kind or self._kind_before, parts)
         if kind == "take" and any(place.directed for place in targets):
             kind = "put"
         if kind == "put" and not targets and any(p.kind == "recipient" for p in (*parts.leading, *parts.following)):
             kind = "give"  # "bring that box to me"
-        if kind == "pour" and not parts.things:
-            parts.things.extend(thing for place in nested if place.tokens[0].tag == "SOURCE" for thing in place.things)
+        if kind == "pour" and not parts.references:
+            parts.references.extend(
+                reference for place in nested if place.tokens[0].tag == "SOURCE" for reference in place.references
+            )
             nested = []
-        self._check(kind, parts, targets)
-        objects = _without_both(parts.things)
+        self._reject_non_command(kind, parts, targets)
+        objects = _resolve_both(parts.references)
         if not objects and nested and not kind and not targets:
-            objects = (self._build.anything(nested[0]),)  # "not the red one"
+            objects = (self._build.unnamed(nested[0]),)  # "not the red one"
         if not objects and release and not targets:
             objects = (self._build.held(action),)
         if kind in NEEDS_TARGET and not targets and not release and nested and nested[-1].relation == "with":
             targets, nested = [replace(nested[-1], kind="located", relation="near")], nested[:-1]  # "with the lemon"
-        targets, excluded = _exclusions_of_object(objects, targets)
+        targets, excluded = split_exclusions(objects, targets)
         nested = [*nested, *excluded]
         if objects and nested:
             objects = (*objects[:-1], attach_phrases(objects[-1], nested, self._timing))
         clause = Clause(
-            order=self._order(tree, kind, parts.things),
+            order=self._ordered_item(tree, kind, parts.references),
             kind=kind,
             action_text=" ".join(token.text for token in action),
             action_span=self._timing.of(action) if action else None,
             objects=objects,
             release=release,
             tokens=tokens_of(tree),
-            excludes=any(place.kind == "excepted" for place in parts.leading),
+            is_exclusion=any(place.kind == "excepted" for place in parts.leading),
             distance_m=next((p.distance_m for p in (*targets, *nested) if p.distance_m), 0.0),
         )
         self._kind_before = kind or self._kind_before
-        return self._with_way(self._with_target(clause, [place for place in targets if place.kind != "moved"]), action)
+        return self._with_direction(
+            self._with_target(clause, [place for place in targets if place.kind != "moved"]), action
+        )
 
     def _read_topic(self, tree: Tree) -> Clause:
         """Read "this cup here, put it on that plate"."""
         parts = children(tree)
         verb = next(i for i, part in enumerate(parts) if isinstance(part, lark.Token))
         topic = self._parts(parts[:verb])
-        objects = tuple(topic.things)
+        objects = tuple(topic.references)
         objects = (*objects[:-1], attach_phrases(objects[-1], topic.following, self._timing))
         rest = lark.Tree("active", parts[verb:])
         return replace(self.read(rest), topic=objects)
 
     def _parts(self, nodes: Sequence[Tree | lark.Token]) -> _Parts:
-        """Collect verb tokens, things and places in spoken order."""
+        """Collect verb tokens, objects and places in spoken order."""
         parts = _Parts()
         for node in nodes:
             if isinstance(node, lark.Token) or node.data in ("particles", "done"):
                 parts.verbs.extend(tokens_of(node))
                 continue
-            if node.data == "things":
-                parts.things.extend(self._things(node))
+            if node.data == "noun_phrases":
+                parts.references.extend(self._references(node))
                 continue
             going = any(token.tag == "GOING" for token in parts.verbs)
             places = self._build.places(node) if node.data == "places" else (self._build.place(node),)
-            (parts.leading if not parts.things else parts.gone if going else parts.following).extend(places)
+            (parts.leading if not parts.references else parts.destinations if going else parts.following).extend(places)
         return parts
 
-    def _things(self, tree: Tree) -> list[Reference]:
-        """Read things in a row; "the cup, the red one" is one thing."""
-        things: list[Reference] = []
+    def _references(self, tree: Tree) -> list[Reference]:
+        """Read objects in a row; "the cup, the red one" is one object."""
+        references: list[Reference] = []
         joined = ""
         for node in children(tree):
             if isinstance(node, lark.Token):
                 joined = tokens_of(node)[0].text
                 continue
-            thing = self._build.thing(node)
-            apposed = joined == "." and thing.head in self._lexicon.raw["ones"] and not thing.deictic
-            if apposed and things[-1].concrete and len(things) == 1:
-                span = Span(things[-1].span.start_s, thing.span.end_s)
-                extra = replace(thing, text=" ".join([*thing.modifiers, things[-1].text]), head=things[-1].head)
-                modifiers = (*things[-1].modifiers, *thing.modifiers)
-                things[-1] = replace(extra, span=span, modifiers=modifiers, concrete=True, order=things[-1].order)
+            reference = self._build.reference(node)
+            apposed = joined == "." and reference.head in self._lexicon.raw["ones"] and not reference.deictic
+            if apposed and references[-1].concrete and len(references) == 1:
+                span = Span(references[-1].span.start_s, reference.span.end_s)
+                extra = replace(
+                    reference, text=" ".join([*reference.modifiers, references[-1].text]), head=references[-1].head
+                )
+                modifiers = (*references[-1].modifiers, *reference.modifiers)
+                references[-1] = replace(
+                    extra, span=span, modifiers=modifiers, concrete=True, order=references[-1].order
+                )
             else:
-                things.append(thing)
-        return things
+                references.append(reference)
+        return references
 
     def _kind(self, verbs: Sequence[Token]) -> tuple[str, bool]:
         """Return the kind of action, and whether it lets go of what is held."""
@@ -140,68 +149,68 @@ class ClauseReader:
         if not named:
             return ("put" if verbs else ""), False
         verb = named[-1]
-        ways = {token.text for token in verbs if token.tag == "PARTICLE"}
+        particles = {token.text for token in verbs if token.tag == "PARTICLE"}
         return verb.value, verb.text in self._lexicon.releases or (
-            verb.value == "put" and bool(ways & self._lexicon.put_down)
+            verb.value == "put" and bool(particles & self._lexicon.put_down)
         )
 
-    def _check(self, kind: str, parts: _Parts, targets: Sequence[LocativePhrase]) -> None:
+    def _reject_non_command(self, kind: str, parts: _Parts, targets: Sequence[LocativePhrase]) -> None:
         """Reject what only looks like a command: "bring me to the station"."""
         first = parts.verbs[0] if parts.verbs else None
-        if first is not None and kind == "give" and not parts.things and any(place.things for place in targets):
+        if first is not None and kind == "give" and not parts.references and any(place.references for place in targets):
             raise NotInGrammarError(targets[0].tokens[0], ("NOUN",))
 
-    def _order(self, tree: Tree, kind: str, things: Sequence[Reference]) -> str:
+    def _ordered_item(self, tree: Tree, kind: str, references: Sequence[Reference]) -> str:
         """Return what is ordered rather than pointed out: a drink, or with "I want" what has unknown words."""
-        if kind not in ("want", "give", "take") or not things:
+        if kind not in ("want", "give", "take") or not references:
             return ""
         definite = any(
             token.tag in ("DEICTIC", "PRONOUN", "SAME") or token.text in self._lexicon.definite
             for token in tokens_of(tree)
         )
-        sort = self._lexicon.noun_class.get(things[0].head, "unknown")
-        strange = any(token.tag == "NOUN" and token.detail.startswith("unknown") for token in tokens_of(tree))
-        if definite or not (sort == "drink" or (kind == "want" and (sort == "unknown" or strange))):
+        sort = self._lexicon.noun_class.get(references[0].head, "unknown")
+        has_unknown_noun = any(token.tag == "NOUN" and token.detail.startswith("unknown") for token in tokens_of(tree))
+        if definite or not (sort == "drink" or (kind == "want" and (sort == "unknown" or has_unknown_noun))):
             return ""
-        return things[0].text
+        return references[0].text
 
-    def _split(self, kind: str, parts: _Parts) -> tuple[list[LocativePhrase], list[LocativePhrase]]:
-        """Tell where the thing is to go from which thing is meant: (target and what hangs on it, the object's own)."""
-        leading, following, gone = ([p for p in places if p.kind != "recipient"] for places in _chains(parts))
-        # "not the red one", "similar to this": these tell which thing, wherever they stand
-        excluded = list(takewhile(lambda place: place.kind not in _SPOTS, leading))
+    def _split_phrases(self, kind: str, parts: _Parts) -> tuple[list[LocativePhrase], list[LocativePhrase]]:
+        """Return the phrases that say where the object is to go, and those that say which object is meant."""
+        leading, following, destinations = ([p for p in places if p.kind != "recipient"] for places in _chains(parts))
+        # "not the red one", "similar to this": these tell which object, wherever they stand
+        excluded = list(takewhile(lambda place: place.kind not in _TARGET_KINDS, leading))
         leading = leading[len(excluded) :]
-        if gone:
-            return gone, following
-        if leading and parts.things:
+        if destinations:
+            return destinations, following
+        if leading and parts.references:
             return leading, [*excluded, *following]
         if leading and kind == "pour":
             return self._split_chain(kind, [], leading)  # "pour from the bottle into the cup"
         if leading:
             return leading, excluded
-        if not kind:  # a fragment tells which thing, not where to
+        if not kind:  # a fragment tells which object, not where to
             return [], [*excluded, *following]
-        if any(place.kind in _SPOTS for place in following):  # "not on the plate but in the bowl"
-            following = [p for p in following if p.kind != "excepted" or p.things or p.tokens[0].tag != "NOT"]
-        targets, nested = self._split_chain(kind, parts.things, following)
+        if any(place.kind in _TARGET_KINDS for place in following):  # "not on the plate but in the bowl"
+            following = [p for p in following if p.kind != "excepted" or p.references or p.tokens[0].tag != "NOT"]
+        targets, nested = self._split_chain(kind, parts.references, following)
         return targets, [*excluded, *nested]
 
     def _split_chain(
-        self, kind: str, things: list[Reference], places: list[LocativePhrase]
+        self, kind: str, references: list[Reference], places: list[LocativePhrase]
     ) -> tuple[list[LocativePhrase], list[LocativePhrase]]:
-        """Split the phrases behind a thing."""
+        """Split the phrases behind an object."""
         free = [
             index
             for index, place in enumerate(places)
             if not place.restrictive
-            and not _belongs_to_with(places, index)
-            and (kind not in _NO_TARGET or (place.directed and place.kind == "located" and kind == "take"))
+            and not ends_with_phrase(places, index)
+            and (kind not in _VERBS_WITHOUT_TARGET or (place.directed and place.kind == "located" and kind == "take"))
         ]
-        if kind == "take" and things and things[-1].deictic and places and places[-1].kind == "here":
+        if kind == "take" and references and references[-1].deictic and places and places[-1].kind == "here":
             free = [len(places) - 1]  # "take this cup over there": the place is where to
         if not free:
             return [], places
-        start = _target_start(places, free)
+        start = find_target_start(places, free)
         return places[start:], places[:start]
 
     def _with_target(self, clause: Clause, places: list[LocativePhrase]) -> Clause:
@@ -211,86 +220,44 @@ class ClauseReader:
         if first.kind == "here":
             return replace(clause, target=self._build.area(first), relation=Relation(first.relation))
         if first.kind == "side":
-            # "to the left, next to the cup": the thing is where to
+            # "to the left, next to the cup": the object is where to
             located = next((i for i, place in enumerate(rest) if place.kind in ("located", "between", "here")), None)
             if located is not None:
                 return self._with_target(clause, rest[located:])
             return replace(clause, relation=Relation(first.relation))
-        return self._with_thing(clause, first, rest) if first.things else clause
+        return self._with_target_phrase(clause, first, rest) if first.references else clause
 
-    def _with_thing(self, clause: Clause, first: LocativePhrase, rest: Sequence[LocativePhrase]) -> Clause:
-        *others, last = first.things
+    def _with_target_phrase(self, clause: Clause, first: LocativePhrase, rest: Sequence[LocativePhrase]) -> Clause:
+        *others, last = first.references
         last = attach_phrases(last, rest, self._timing)
-        to_somewhere = clause.kind == "push" and first.tokens[0].tag == "TO"  # nobody pushes a thing into another
-        relation = Relation.NEAR if to_somewhere else Relation(first.relation)
+        is_destination = clause.kind == "push" and first.tokens[0].tag == "TO"  # nobody pushes an object into another
+        relation = Relation.NEAR if is_destination else Relation(first.relation)
         if relation is Relation.BETWEEN and others:
             return replace(clause, target=others[0], reference2=last, relation=relation)
         if relation is Relation.BETWEEN and last.quantity == 1 and not rest:
-            clause = replace(clause, lacks="target")
+            clause = replace(clause, unfinished_part="target")
         if last.head in self._lexicon.place_nouns and last.deictic:
             here = last.deictic in ("this", "these")
             relation = Relation.HERE if here else Relation.THERE
         return replace(clause, target=last, relation=relation)
 
-    def _with_way(self, clause: Clause, action: Sequence[Token]) -> Clause:
+    def _with_direction(self, clause: Clause, action: Sequence[Token]) -> Clause:
         """Read "push it away"."""
         if clause.kind != "push" or clause.placed:
             return clause
-        ways = self._lexicon.ways
-        way = next((ways[token.value] for token in action if token.tag == "PARTICLE" and token.value in ways), None)
-        return replace(clause, relation=Relation(way)) if way is not None else clause
+        directions = self._lexicon.push_directions
+        direction = next(
+            (directions[token.value] for token in action if token.tag == "PARTICLE" and token.value in directions), None
+        )
+        return replace(clause, relation=Relation(direction)) if direction is not None else clause
 
 
 def _chains(parts: _Parts) -> tuple[list[LocativePhrase], list[LocativePhrase], list[LocativePhrase]]:
-    return parts.leading, parts.following, parts.gone
+    return parts.leading, parts.following, parts.destinations
 
 
-def _belongs_to_with(places: Sequence[LocativePhrase], index: int) -> bool:
-    """Whether a phrase is the end of "the plate with the lemon on it"."""
-    if index == 0 or not (places[index].things and places[index].things[0].anaphoric):
-        return False
-    before = places[index - 1]
-    return before.kind == "compared" and before.relation == "with"
-
-
-def _exclusions_of_object(
-    things: Sequence[Reference], targets: Sequence[LocativePhrase]
-) -> tuple[list[LocativePhrase], list[LocativePhrase]]:
-    """Take "except the green one" from the end of the target, unless it repeats the target's noun."""
-    heads = {thing.head for place in targets if place.kind != "excepted" for thing in place.things}
-    heads -= {thing.head for thing in things}
-    mine = [
-        place
-        for place in targets
-        if place.kind == "excepted" and things and not any(thing.head in heads for thing in place.things)
-    ]
-    return [place for place in targets if place not in mine], mine
-
-
-def _without_both(things: Sequence[Reference]) -> tuple[Reference, ...]:
+def _resolve_both(references: Sequence[Reference]) -> tuple[Reference, ...]:
     """Let "both the apple and the pear" be one of each."""
-    if [thing.quantity for thing in things] == [2, 1]:
-        return (replace(things[0], quantity=1), things[1])
-    return tuple(things)
-
-
-def _target_start(places: list[LocativePhrase], free: list[int]) -> int:
-    """Return which phrase of a chain says where to.
-
-    "the cup next to the bottle on the plate": the last supporting phrase (in, on) is where things go and what
-    stands before it tells which thing; without one the first phrase is it, but "on the left" tells which thing if
-    another phrase follows. "Into", "onto" and "to" are always it.
-    """
-    directed = [index for index in free if places[index].directed and places[index].kind != "side"]
-    if directed:
-        return directed[0]
-    pointed = [index for index in free if places[index].kind == "here"]
-    if pointed and pointed[-1] == len(places) - 1:
-        return pointed[-1]
-    supporting = [index for index in free if places[index].relation in SUPPORTING and places[index].kind == "located"]
-    if supporting:
-        return supporting[-1]
-    telling = [index for index in free if places[index].kind == "side" and not places[index].directed]
-    going = [index for index in free if index not in telling]
-    going = [index for index in going if places[index].toward] or going
-    return going[0] if going else free[-1]
+    if [reference.quantity for reference in references] == [2, 1]:
+        return (replace(references[0], quantity=1), references[1])
+    return tuple(references)

@@ -25,7 +25,7 @@ class NotInGrammarError(ValueError):
     """The tokens are no sentence of the grammar; holds the token that does not fit and the classes that would."""
 
     def __init__(self, token: Token | None, expected: Iterable[str]) -> None:
-        """Keep the misfit (None at the end of the sentence)."""
+        """Say which token does not fit (None: the sentence ends too early), and which classes would."""
         self.token = token
         self.expected = frozenset(expected)
         super().__init__(f"unexpected {token.text!r}" if token else "the sentence ends too early")
@@ -35,7 +35,7 @@ class _TokenStream(Lexer):
     """Passes tagged words on as terminals; each terminal carries its Token as value."""
 
     def __init__(self, lexer_conf: Any) -> None:
-        """Need nothing of the configuration."""
+        """Take Lark's configuration, of which nothing is needed."""
 
     def lex(self, data: Iterable[Token]) -> Iterator[lark.Token]:
         """Yield one terminal a token."""

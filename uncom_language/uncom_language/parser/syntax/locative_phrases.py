@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Locating, comparing and excluding phrases, and how they hang on things."""
+"""Locating, comparing and excluding phrases, and how they hang on objects."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from uncom_language.parser.lexical.tokens import Token
 from uncom_language.types import Reference, Span
 
-# Locating relations in which a thing lies in or on another; in a chain of phrases these are where things are put.
+# Locating relations in which an object lies in or on another; in a chain of phrases these are where objects are put.
 SUPPORTING = frozenset({"in", "on"})
 # The side of "the cup on the left" as a quality, and as the side that "the second from the left" is counted from.
 _SIDES = {"left_of": "left", "right_of": "right", "in_front_of": "front", "behind": "back", "between": "middle"}
@@ -22,10 +22,10 @@ class LocativePhrase:
     kind: str  # located, between, side, here, recipient, compared, likeness, pointed, excepted, quality, moved
     relation: str
     tokens: tuple[Token, ...]
-    things: tuple[Reference, ...] = ()
+    references: tuple[Reference, ...] = ()
     text: str = ""
-    restrictive: bool = False  # "the cup that is ...": tells which thing, never where to
-    directed: bool = False  # "into", "onto", "to": where to, never which thing
+    restrictive: bool = False  # "the cup that is ...": tells which object, never where to
+    directed: bool = False  # "into", "onto", "to": where to, never which object
     toward: bool = False  # "to the left of": rather where to
     distance_m: float = 0.0
 
@@ -43,14 +43,14 @@ class WordTiming:
         return Span(self.spans[first].start_s, self.spans[last].end_s)
 
 
-def attach_phrases(thing: Reference, places: Sequence[LocativePhrase], timing: WordTiming) -> Reference:
-    """Hang phrases on a thing; locating ones behind another phrase hang on the thing in that one."""
-    result = thing
+def attach_phrases(reference: Reference, places: Sequence[LocativePhrase], timing: WordTiming) -> Reference:
+    """Hang phrases on an object; locating ones behind another phrase hang on the object in that one."""
+    result = reference
     if not places:
         return result
     first, rest = places[0], tuple(places[1:])
-    if first.kind in ("located", "between") and first.things and not result.anchor:
-        *others, last = first.things
+    if first.kind in ("located", "between") and first.references and not result.anchor:
+        *others, last = first.references
         anchor = attach_phrases(last, rest, timing)
         if others:  # between A and B: B hangs on A
             anchor = replace(others[0], anchor=anchor, anchor_relation="and")
@@ -58,10 +58,10 @@ def attach_phrases(thing: Reference, places: Sequence[LocativePhrase], timing: W
     if first.kind == "compared" and first.relation == "with":
         text = " ".join(token.text for token in first.tokens)
         result = replace(result, modifiers=(*result.modifiers, text))
-        if rest and rest[0].things and rest[0].things[0].anaphoric:
+        if rest and rest[0].references and rest[0].references[0].anaphoric:
             rest = rest[1:]  # "the plate with the lemon on it"
     elif first.kind in ("compared", "likeness"):
-        compared = attach_phrases(first.things[-1], rest, timing)
+        compared = attach_phrases(first.references[-1], rest, timing)
         comparison = first.relation or result.comparison or "similar"
         return replace(result, comparison=comparison, compared_to=compared)
     elif first.kind == "excepted":
@@ -83,23 +83,25 @@ def attach_phrases(thing: Reference, places: Sequence[LocativePhrase], timing: W
     return attach_phrases(_widened(result, first, timing), rest, timing)
 
 
-def _without(thing: Reference, place: LocativePhrase) -> Reference:
-    """Return the thing with what it must not be."""
-    if not place.things:
-        return replace(thing, excluded_modifiers=(*thing.excluded_modifiers, place.text))
-    (excluded,) = place.things
+def _without(reference: Reference, place: LocativePhrase) -> Reference:
+    """Return the object with what it must not be."""
+    if not place.references:
+        return replace(reference, excluded_modifiers=(*reference.excluded_modifiers, place.text))
+    (excluded,) = place.references
     words = [*excluded.modifiers, excluded.head] if excluded.concrete else list(excluded.modifiers)
     if excluded.head in words[:-1]:
         words.pop()
-    result = replace(thing, excluded_modifiers=(*thing.excluded_modifiers, *words))
+    result = replace(reference, excluded_modifiers=(*reference.excluded_modifiers, *words))
     bare = excluded.head in excluded.modifiers and excluded.text == " ".join(excluded.modifiers)
-    if bare or thing.comparison:
+    if bare or reference.comparison:
         return result
     return replace(result, comparison="except", compared_to=excluded)
 
 
-def _widened(thing: Reference, place: LocativePhrase, timing: WordTiming) -> Reference:
-    """Let the thing's span run to the end of a phrase that belongs to it and holds no thing of its own."""
-    if place.things:
-        return thing
-    return replace(thing, span=Span(thing.span.start_s, max(thing.span.end_s, timing.of(place.tokens).end_s)))
+def _widened(reference: Reference, place: LocativePhrase, timing: WordTiming) -> Reference:
+    """Let the object's span run to the end of a phrase that belongs to it and holds no object of its own."""
+    if place.references:
+        return reference
+    return replace(
+        reference, span=Span(reference.span.start_s, max(reference.span.end_s, timing.of(place.tokens).end_s))
+    )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Phrases for things and places, from the parse tree to values."""
+"""Phrases for objects and places, from the parse tree to values."""
 
 from __future__ import annotations
 
@@ -43,35 +43,38 @@ class ReferenceBuilder:
     """Builds references and places of one utterance."""
 
     def __init__(self, lexicon: Lexicon, timing: WordTiming) -> None:
-        """Keep the words' meanings and times; the order counts phrases through the whole utterance."""
+        """Take the words of the language and the times of those that were said.
+
+        References are numbered through the whole utterance.
+        """
         self._lexicon = lexicon
         self._timing = timing
-        self._next_order = 0
+        self._next_position = 0
 
-    def _order(self) -> int:
-        self._next_order += 1
-        return self._next_order - 1
+    def _take_position(self) -> int:
+        self._next_position += 1
+        return self._next_position - 1
 
-    def thing(self, tree: Tree) -> Reference:
-        """Read a `thing` of the grammar.
+    def reference(self, tree: Tree) -> Reference:
+        """Read a `object` of the grammar.
 
         Raises:
             NotInGrammarError: a determiner alone, or one behind an adjective ("open the door").
         """
         inner = next((part for part in children(tree) if isinstance(part, lark.Tree) and part.data == "of"), None)
         if inner is not None:
-            return self._one_of(tree, inner)
+            return self._partitive(tree, inner)
         tokens = tokens_of(tree)
-        order = self._order()
-        head, nouns, of_thing = self._nouns(tree)
-        flat = tokens if of_thing is None else tokens[: len(tokens) - len(of_thing)]
+        order = self._take_position()
+        head, nouns, of_phrase = self._noun_group(tree)
+        flat = tokens if of_phrase is None else tokens[: len(tokens) - len(of_phrase)]
         _check_order(flat)
         qualities = tuple(token for token in flat if token.tag == "ADJECTIVE")
         deictic, pronoun, same = _first(flat, "DEICTIC"), _first(flat, "PRONOUN"), _first(flat, "SAME")
         ordinal = next((token for token in qualities if token.value == "ordinal"), None)
         named = head is not None and head.tag == "NOUN" and head.value not in self._lexicon.generic
         concrete = named and head is not None and head.value not in self._lexicon.place_nouns
-        tail = f" {' '.join(token.text for token in of_thing)}" if of_thing else ""
+        tail = f" {' '.join(token.text for token in of_phrase)}" if of_phrase else ""
         modifiers = (*(token for token in qualities if token is not ordinal), *nouns[:-1])
         return Reference(
             text=self._text(flat, deictic, pronoun, concrete=concrete) + tail,
@@ -89,9 +92,9 @@ class ReferenceBuilder:
             comparison=same.value if same else "",
         )
 
-    def _one_of(self, tree: Tree, inner: Tree) -> Reference:
+    def _partitive(self, tree: Tree, inner: Tree) -> Reference:
         """Read "the smallest of the apples": an apple, of which one is meant."""
-        group = self.thing(next(part for part in children(inner) if isinstance(part, lark.Tree)))
+        group = self.reference(next(part for part in children(inner) if isinstance(part, lark.Tree)))
         tokens = tokens_of(tree)
         flat = tokens[: len(tokens) - len(tokens_of(inner))]
         ordinal = next((token for token in flat if token.value == "ordinal"), None)
@@ -117,7 +120,7 @@ class ReferenceBuilder:
             words.insert(0, deictic.text)
         return " ".join(words) or " ".join(token.text for token in tokens)
 
-    def _nouns(self, tree: Tree) -> tuple[Token | None, tuple[Token, ...], tuple[Token, ...] | None]:
+    def _noun_group(self, tree: Tree) -> tuple[Token | None, tuple[Token, ...], tuple[Token, ...] | None]:
         """Return the head, the noun tokens, and the tokens of an "of ..." phrase."""
         group = next(
             (child for child in children(tree) if isinstance(child, lark.Tree) and child.data == "nouns"), None
@@ -157,7 +160,7 @@ class ReferenceBuilder:
         """Read one locating, comparing or excluding phrase."""
         inner = [child for child in children(tree) if isinstance(child, lark.Tree)]
         tokens = tokens_of(tree)
-        if tree.data == "which":
+        if tree.data == "relative_clause":
             if inner:
                 return replace(self.place(inner[0]), restrictive=True)
             return LocativePhrase(
@@ -166,52 +169,60 @@ class ReferenceBuilder:
         if tree.data == "moved":
             made = replace(self.place(inner[0]), tokens=tokens) if inner else LocativePhrase("moved", "", tokens)
             return replace(made, distance_m=float(tokens[0].value))
-        if tree.data in ("excepted", "which_not"):
-            if inner[0].data != "thing" and tokens[0].text in self._lexicon.instead:
+        if tree.data in ("excepted", "negated_relative_clause"):
+            if inner[0].data != "noun_phrase" and tokens[0].text in self._lexicon.instead:
                 return self.place(inner[0])  # "not on the plate but in the bowl"
-            things = (self.thing(inner[0]),) if inner[0].data == "thing" else ()
+            references = (self.reference(inner[0]),) if inner[0].data == "noun_phrase" else ()
             text = " ".join(token.text for token in tokens[1:])
-            return LocativePhrase("excepted", "", tokens, things, text, restrictive=True)
-        return self._plain_place(tree, tokens)
+            return LocativePhrase("excepted", "", tokens, references, text, restrictive=True)
+        return self._marked_phrase(tree, tokens)
 
-    def _plain_place(self, tree: Tree, tokens: tuple[Token, ...]) -> LocativePhrase:
+    def _marked_phrase(self, tree: Tree, tokens: tuple[Token, ...]) -> LocativePhrase:
         # The marking word comes first or last, as the language has it.
         mark = next(_token(child) for child in children(tree) if isinstance(child, lark.Token))
-        things = tuple(
-            self.thing(child) for child in children(tree) if isinstance(child, lark.Tree) and child.data == "thing"
+        references = tuple(
+            self.reference(child)
+            for child in children(tree)
+            if isinstance(child, lark.Tree) and child.data == "noun_phrase"
         )
         kind, relation = str(tree.data), mark.value
         if kind == "between":
             relation = "between"
         if kind == "likeness":
-            things = (self._pointed(mark),)
+            references = (self._pointing_reference(mark),)
         if mark.tag == "TO" or relation == "from":
-            relation = self._by_class(things[0])
+            relation = self._relation_by_class(references[0])
         return LocativePhrase(
             kind=kind,
             relation="" if mark.tag == "AS" else relation,
             tokens=tokens,
-            things=things,
+            references=references,
             text=mark.text,
             restrictive=kind in ("compared", "likeness", "pointed") or mark.tag == "SOURCE",
             directed=mark.tag == "TO" or mark.text in self._lexicon.directed,
             toward=mark.text in self._lexicon.toward,
         )
 
-    def _pointed(self, token: Token) -> Reference:
-        """Return the pointing word within "of this colour" as a thing of its own."""
+    def _pointing_reference(self, token: Token) -> Reference:
+        """Return the pointing word within "of this colour" as an object of its own."""
         span = self._timing.of([token])
         word = token.detail
         return Reference(
-            word, word, span, concrete=False, deictic=self._deictic(word), deictic_span=span, order=self._order()
+            word,
+            word,
+            span,
+            concrete=False,
+            deictic=self._deictic(word),
+            deictic_span=span,
+            order=self._take_position(),
         )
 
     def _deictic(self, word: str) -> str:
         return str(self._lexicon.raw["deictics"].get(word, word))
 
-    def _by_class(self, thing: Reference) -> str:
+    def _relation_by_class(self, reference: Reference) -> str:
         """Read "to" and "from": into a container, onto a surface, near anything else."""
-        kind = self._lexicon.noun_class.get(thing.head, "")
+        kind = self._lexicon.noun_class.get(reference.head, "")
         return {"container": "in", "surface": "on", "kitchenware": "in"}.get(kind, "near")
 
     def area(self, place: LocativePhrase) -> Reference:
@@ -219,18 +230,20 @@ class ReferenceBuilder:
         span = self._timing.of([token for token in place.tokens if token.tag != "DISTANCE"])
         word = str(self._lexicon.raw["places"][place.relation][0])
         return Reference(
-            word, word, span, concrete=False, deictic=place.relation, deictic_span=span, order=self._order()
+            word, word, span, concrete=False, deictic=place.relation, deictic_span=span, order=self._take_position()
         )
 
     def held(self, tokens: Sequence[Token]) -> Reference:
         """Return what the hand holds: "let go"."""
         word = next(iter(self._lexicon.raw["pronouns"]))
-        return Reference(word, word, self._timing.of(tokens), concrete=False, anaphoric=True, order=self._order())
+        return Reference(
+            word, word, self._timing.of(tokens), concrete=False, anaphoric=True, order=self._take_position()
+        )
 
-    def anything(self, place: LocativePhrase) -> Reference:
-        """Return the unnamed thing that a phrase alone speaks of: "not the red one"."""
+    def unnamed(self, place: LocativePhrase) -> Reference:
+        """Return the unnamed object that a phrase alone speaks of: "not the red one"."""
         word = self._lexicon.one
-        return Reference(word, word, self._timing.of(place.tokens), concrete=False, order=self._order())
+        return Reference(word, word, self._timing.of(place.tokens), concrete=False, order=self._take_position())
 
 
 def _check_order(tokens: Sequence[Token]) -> None:

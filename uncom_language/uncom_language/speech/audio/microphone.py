@@ -44,7 +44,7 @@ class Microphone:
         self._stream: Any = None
 
     def start(self, on_block: Callable[[npt.NDArray[np.int16], float], None]) -> None:
-        """Begin; each block comes with how long ago [s] its first sample was heard.
+        """Start recording; each block comes with the age [s] of its first sample.
 
         Raises:
             MicrophoneError: the device does not open.
@@ -68,7 +68,7 @@ class Microphone:
             raise MicrophoneError(f"the microphone {self.name!r} does not open: {_first_line(error)}") from error
 
     def stop(self) -> None:
-        """End."""
+        """Stop recording."""
         if self._stream is not None:
             self._stream.close()
             self._stream = None

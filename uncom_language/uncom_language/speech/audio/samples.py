@@ -17,7 +17,6 @@ INT16_SCALE = 32768.0  # full scale of 16 bit samples
 Int16Array = npt.NDArray[np.int16]
 FloatArray = npt.NDArray[np.float32]
 
-_DIMENSIONS = (1, 2)  # of arrays of samples: mono, or with channels
 # Sample formats of audio_common_msgs/AudioInfo, as numpy types, full scale and offset.
 _FORMATS: dict[str, tuple[str, float, float]] = {
     "S16LE": ("<i2", INT16_SCALE, 0.0),
@@ -53,7 +52,7 @@ def as_float(samples: npt.NDArray[np.generic]) -> FloatArray:
     Raises:
         SoundFormatError: neither int16 nor floating point, or of another shape.
     """
-    if samples.ndim not in _DIMENSIONS:
+    if samples.ndim not in (1, 2):
         raise SoundFormatError(f"samples have shape {samples.shape}; give (N,) or (N, channels)")
     if samples.dtype == np.int16:
         scaled = samples.astype(np.float32) / np.float32(INT16_SCALE)

@@ -16,9 +16,10 @@ FloatArray = npt.NDArray[np.float32]
 ByteArray = npt.NDArray[np.uint8]
 _MAGIC = 0x11223344
 _END_OF_HEADER = b"endhdr\n"
-_CHANGED = ("means", "variances", "sendump")
-# One step of a mixture weight's byte as a natural logarithm: PocketSphinx counts in logarithms to base 1.0001, >> 10.
-WEIGHT_STEP = 1024.0 * float(np.log(1.0001))
+_ADAPTED_FILES = ("means", "variances", "sendump")
+LOG_BASE = 1.0001  # of PocketSphinx's integer logarithms
+# One step of a mixture weight's byte as a natural logarithm: PocketSphinx shifts its logarithms right by 10 bits.
+WEIGHT_STEP = 1024.0 * float(np.log(LOG_BASE))
 
 
 @dataclass(frozen=True)
@@ -143,7 +144,7 @@ def make_adapted_model(model: Path, adaptation: Adaptation, folder: Path) -> Pat
     if not fits or adaptation.states.max(initial=0) >= weights.values.shape[2]:
         raise RecognizerError(f"the voice adaptation was made for another acoustic model than {model}")
     for file in model.iterdir():
-        if file.name not in _CHANGED:
+        if file.name not in _ADAPTED_FILES:
             (folder / file.name).symlink_to(file.resolve())
     write_gaussians(Gaussians(means + adaptation.shift), folder / "means")
     write_gaussians(Gaussians(variances * np.exp(adaptation.spread)), folder / "variances")

@@ -18,7 +18,7 @@ import pocketsphinx
 
 from uncom_language.exceptions import RecognizerError
 from uncom_language.speech.audio.samples import SAMPLE_RATE, Int16Array, as_float, resample, to_int16
-from uncom_language.speech.pocketsphinx.acoustic_model import make_adapted_model, read_adaptation
+from uncom_language.speech.pocketsphinx.acoustic_model import LOG_BASE, make_adapted_model, read_adaptation
 from uncom_language.speech.pocketsphinx.language_model import draw_sentences, make_arpa
 from uncom_language.speech.pocketsphinx.options import (
     DECODING,
@@ -45,7 +45,6 @@ _BEAM_FIELDS = {
     "lpbeam": "last_phone_beam",
     "lponlybeam": "only_phone_beam",
 }
-_LOG_BASE = 1.0001  # of PocketSphinx's integer logarithms
 
 
 def model_folder() -> Path:
@@ -73,7 +72,7 @@ def _phones() -> frozenset[str]:
 @cache
 def common_words(count: int) -> dict[str, float]:
     """Return the most frequent English words of the wheel's general language model, with their probabilities."""
-    logmath = pocketsphinx.LogMath(_LOG_BASE)
+    logmath = pocketsphinx.LogMath(LOG_BASE)
     model = pocketsphinx.NGramModel(pocketsphinx.Config(), logmath, str(model_folder() / "en-us.lm.bin"))
     frequency = {word: float(logmath.exp(model.prob([word]))) for word in _dictionary() if word.isalpha()}
     top = sorted(frequency, key=lambda word: (-frequency[word], word))[:count]
