@@ -23,6 +23,7 @@ setup(
         "ompl",
         "opencv-python-headless",
         "pin",
+        "py-trees",
         "ruckig",
         "scipy",
         "shapely",

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import json
+
 import av
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from uncom_bringup.monitor import completion
 from uncom_bringup.monitor import run_record as kinds
 from uncom_bringup.monitor.conversions import message_class, plain_from_msg
 from uncom_bringup.monitor.run_record import Event, Frame, RunRecord
-from uncom_bringup.report import artifacts, progress, summary
+from uncom_bringup.report import artifacts, execution_tree, progress, summary
 from uncom_bringup.report.page import Outcome
 from uncom_common.conversions import time_to_msg
 
@@ -284,3 +286,29 @@ def test_a_command_that_was_taken_back_has_a_page(tmp_path):
     artifacts.write_all(tmp_path, "t", run, Outcome(False, "you said no"), {}, heard="", span_s=(9, 22))
     assert "you said no" in (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "cancelled" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_page_shows_the_tree_that_ran_with_why_its_branches_failed(tmp_path):
+    far = {
+        "name": "from here",
+        "status": "FAILURE",
+        "children": [{"name": "plan", "status": "FAILURE", "reason": "no"}],
+    }
+    tree = {"name": "execute", "status": "SUCCESS", "children": [far, {"name": "from nearer", "status": "SUCCESS"}]}
+    events = whole_run()
+    events[5] = stage(11, "DONE", 30.0, data_json=json.dumps({"tree": tree}))
+    record = RunRecord(tuple(events))
+    rows = execution_tree.rows_of({"tree": tree})
+    assert [(row.depth, row.name) for row in rows] == [
+        (0, "execute"),
+        (1, "from here"),
+        (2, "plan"),
+        (1, "from nearer"),
+    ]
+    assert rows[2].reason == "no"
+    assert not execution_tree.rows_of(execution_tree.data_of("no json"))
+    artifacts.write_all(tmp_path, "t", record, Outcome(True, "done"), {}, heard="", span_s=(9, 31))
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "What was tried" in page
+    assert "from nearer" in page
+    assert "tree: " not in page

@@ -15,7 +15,7 @@ from rclpy.executors import MultiThreadedExecutor
 from sensor_msgs.msg import JointState
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import MotionError
-from uncom_tiago_exec.ros.debounce import Lasting
+from uncom_tiago_exec.ros.debounce import Debounce
 from uncom_tiago_exec.ros.ros_robot import CONTROLLERS, RosRobot
 from uncom_tiago_exec.types import Trajectory
 
@@ -117,7 +117,7 @@ def test_controllers_that_do_their_work_without_a_word_are_not_stopped(robot_wit
 
 def test_silence_counts_only_once_it_has_lasted():
     now = [10.0]
-    lasting = Lasting(0.2, lambda: now[0])
+    lasting = Debounce(0.2, lambda: now[0])
     assert not lasting.holds(True)
     now[0] = 10.15
     assert not lasting.holds(True)

@@ -144,7 +144,7 @@ class Outcome:
     """How an execution ended.
 
     in_hand is the label of what is held, or empty; verification what looking again found: the relation, whether it
-    holds, the distances that were measured [m], and what else moved.
+    holds, the distances that were measured [m], and what else moved; tree what was tried, see tree_as_data.
     """
 
     success: bool
@@ -152,3 +152,4 @@ class Outcome:
     reason: str
     in_hand: str = ""
     verification: dict[str, object] = field(default_factory=dict)
+    tree: dict[str, object] = field(default_factory=dict)

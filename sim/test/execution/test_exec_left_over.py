@@ -20,11 +20,15 @@ from uncom_sim.bench_planning.scenes import detection, flat_table
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import MotionError, RefusedError, UnreachableError
 from uncom_tiago_exec.execution.base_driver import BaseDriver
+from uncom_tiago_exec.execution.behaviours import Action, Recovery
 from uncom_tiago_exec.execution.engine import Engine
-from uncom_tiago_exec.execution.object_reidentification import seen_whole
-from uncom_tiago_exec.execution.plan_executor import Performer
-from uncom_tiago_exec.execution.recovery import Left, way_home
-from uncom_tiago_exec.execution.robot_segmentation import own_body, with_held
+from uncom_tiago_exec.execution.execution_state import ExecutionState, PlanUnderWay
+from uncom_tiago_exec.execution.execution_tree import there_and_back
+from uncom_tiago_exec.execution.plan_executor import PlanExecutor
+from uncom_tiago_exec.execution.recovery import InterruptedArm, plan_way_home
+from uncom_tiago_exec.execution.task_actions import TaskActions
+from uncom_tiago_exec.observation.object_reidentification import update_task_unobstructed
+from uncom_tiago_exec.observation.robot_segmentation import robot_boxes, task_with_held_object
 from uncom_tiago_exec.planning.plan import MoveStep
 from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
 from uncom_tiago_exec.skills.relay_via_middle import middle_places
@@ -83,9 +87,9 @@ def test_what_is_seen_of_the_hand_and_of_what_it_holds_is_the_robot_itself(picke
     lemon_now = (hand @ np.linalg.inv(plan.grasp.pose) @ middle)[:3]
     lemon_seen = detection("lemon", lemon_now + 0.4 * rng.uniform(-0.05, 0.05, (200, 3)))
     seen = (palm_seen, lemon_seen, *task.scene[1:])
-    own = own_body(robot(), joints, plan)
+    own = robot_boxes(robot(), joints, plan)
     assert own.among(seen) == {"egg", "lemon"}
-    assert own_body(robot(), joints).among(task.scene) == set()
+    assert robot_boxes(robot(), joints).among(task.scene) == set()
 
 
 def test_with_a_thing_in_the_hand_all_others_stay_where_they_are_the_named_and_the_hidden_too(picked):
@@ -93,15 +97,15 @@ def test_with_a_thing_in_the_hand_all_others_stay_where_they_are_the_named_and_t
     lemon, bowl, box = before.scene
     can = detection("can", cylinder_cloud(0.55, -0.3, 0.033, 0.11, np.random.default_rng(4)))
     seen = replace(before, object=can, scene=(can, box))  # the arm hides the bowl
-    task = with_held(seen, before, frozenset())
+    task = task_with_held_object(seen, before, frozenset())
     assert task.object.geometry is lemon.geometry
     places = {thing.id for thing in task.scene}
     assert places == {"can", "box", "hidden bowl"}
-    again = with_held(replace(seen, scene=(can, bowl, box)), before, frozenset())
+    again = task_with_held_object(replace(seen, scene=(can, bowl, box)), before, frozenset())
     assert {thing.id for thing in again.scene} == {"can", "bowl", "box"}
     cloud = np.asarray(bowl.geometry.cloud)
     half = detection("cup", cloud[cloud[:, 1] > np.median(cloud[:, 1])])
-    beside = with_held(replace(seen, scene=(can, half, box)), before, frozenset())
+    beside = task_with_held_object(replace(seen, scene=(can, half, box)), before, frozenset())
     assert {thing.id for thing in beside.scene} == {"can", "cup", "box", "hidden bowl"}
 
 
@@ -146,7 +150,7 @@ def test_from_around_a_tall_thing_just_let_go_the_hand_goes_back_along_its_finge
     half = 0.5 * plan.grasp.width + 0.001  # the fingers have hardly opened
     fingers = {f"gripper_{plan.side}_{finger}_finger_joint": half for finger in ("left", "right")}
     joints = {**start_positions(), **dict(zip(lower.joint_names, lower.positions[-1], strict=True)), **fingers}
-    ways = way_home(robot(), plan, joints, ExecutionConfig(), Left(released=True, last=lower))
+    ways = plan_way_home(robot(), plan, joints, ExecutionConfig(), InterruptedArm(released=True, last_motion=lower))
     assert np.abs(ways[-1].positions[-1] - plan.home).max() < 0.02
     assert np.allclose(ways[0].positions[0], lower.positions[-1], atol=1e-3)
 
@@ -155,7 +159,7 @@ def test_a_motion_that_begins_elsewhere_than_where_the_arm_is_is_not_begun():
     things = lemon_and_bowl(np.random.default_rng(0))
     machine = LookingOn([scene_of(things)], [0.05])
     plan = ManipulationPlanner(robot(), ExecutionConfig()).plan(make_task(things, "pick"), start_positions())
-    performer = Performer(robot(), machine, ExecutionConfig(), lambda _: None)
+    performer = PlanExecutor(robot(), machine, ExecutionConfig(), lambda _: None)
     first, second = (step.trajectory for step in plan.steps[:3] if isinstance(step, MoveStep))
     with pytest.raises(MotionError, match="begins"):
         performer.follow(second)
@@ -182,24 +186,42 @@ def test_a_hand_that_stands_a_little_in_the_table_that_was_seen_finds_home(highe
     raised[2, 3] += lowest + higher - plan.scene.table_z
     plan = replace(plan, scene=replace(plan.scene, table=replace(table, pose=raised)))
     joints = {**start_positions(), **dict(zip(there.joint_names, there.positions[-1], strict=True))}
-    left = Left(released=True)
+    left = InterruptedArm(released=True)
     if found:
-        ways = way_home(robot(), plan, joints, ExecutionConfig(), left)
+        ways = plan_way_home(robot(), plan, joints, ExecutionConfig(), left)
         assert np.abs(ways[-1].positions[-1] - plan.home).max() < 0.02
     else:
         with pytest.raises(RefusedError):
-            way_home(robot(), plan, joints, ExecutionConfig(), left)
+            plan_way_home(robot(), plan, joints, ExecutionConfig(), left)
 
 
 @pytest.mark.parametrize("at_home", [True, False])
 def test_a_base_stays_where_an_arm_was_left_over_the_table(at_home):
-    machine = DrivingRobot(scene_of(()), [0.05])
-    base = BaseDriver(machine)
-    with pytest.raises(MotionError), base.driven(0.06, lambda: at_home):
+    things = lemon_and_bowl(np.random.default_rng(0))
+    task = make_task(things, "pick")
+    machine = DrivingRobot(scene_of(things), [0.05])
+    parts = Engine(robot(), machine, ExecutionConfig(), lambda _: None)._parts
+    plan, base = parts.planner.plan(task, machine.base), parts.base
+    state = ExecutionState(task, task, under_way=PlanUnderWay(plan, task))
+    actions = TaskActions(state, parts)
+
+    def held_up():
+        if not at_home:
+            machine.follow(next(step.trajectory for step in plan.steps if isinstance(step, MoveStep)))
         raise MotionError("held up")
+
+    root = there_and_back(
+        Action("drive nearer", state, lambda: base.drive_nearer(0.06)),
+        (Action("take", state, held_up),),
+        Recovery("drive back from a failure", state, (MotionError,), actions.drive_back_from_home),
+        Action("drive back", state, base.drive_back),
+    )
+    root.tick_once()
+    assert root.status.name == "FAILURE"
+    assert str(state.failure) == "held up"
     assert machine.base.x == (0.0 if at_home else 0.06)
     assert base.is_away is not at_home
-    base.back()
+    base.drive_back()
     assert machine.base.x == 0.0
     assert not base.is_away
 
@@ -213,8 +235,9 @@ def test_a_base_that_stops_a_little_short_each_time_does_not_wander_off():
     base = BaseDriver(machine)
     for _ in range(20):
         began = base.pose
-        with base.driven(0.12, lambda: True):
-            assert began.distance_ahead(base.pose) == pytest.approx(0.118)
+        base.drive_nearer(0.12)
+        assert began.distance_ahead(base.pose) == pytest.approx(0.118)
+        base.drive_back()
         assert not base.is_away
         assert abs(machine.base.x) < 0.003
 
@@ -254,8 +277,8 @@ def test_what_was_taken_from_nearer_is_put_back_from_nearer_where_nothing_else_i
         detection("can", cylinder_cloud(0.75, -0.2, 0.033, 0.11, rng)),
     ]
     machine = DrivingRobot(scene_of(things), [0.05] * 4)
-    engine = Engine(robot(), machine, ExecutionConfig(verify=False), lambda _: None)
-    engine._planner._planner = Near(robot(), ExecutionConfig())
+    config = ExecutionConfig(verify=False)
+    engine = Engine(robot(), machine, config, lambda _: None, Near(robot(), ExecutionConfig()))
     assert engine.execute(make_task(things, "pick")).in_hand == "lemon"
     held = replace(make_task(things[1:], "place", place=(0.62, 0.0)), object_text="lemon")
     outcome = engine.execute(held)
@@ -271,6 +294,6 @@ def test_what_was_named_while_the_arm_hid_a_part_of_it_is_the_whole_thing_once_t
     cloud = np.asarray(can.geometry.cloud)
     low, high = (detection(name, cloud[part]) for name, part in (("a", cloud[:, 2] < 0.74), ("b", cloud[:, 2] > 0.78)))
     task = make_task([low, high, *lemon_and_bowl(rng, (0.6, -0.3))[:1]], "place", place=(0.6, 0.0))
-    whole = seen_whole(task, scene_of([can, task.scene[2]]))
+    whole = update_task_unobstructed(task, scene_of([can, task.scene[2]]))
     assert whole.object.id == "can"
     assert {thing.id for thing in whole.scene} == {"can", "lemon"}

@@ -14,7 +14,7 @@ from uncom_sim.types import Meaning
 from uncom_sim.world.scene_file import scene_from_dict
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import UnreachableError
-from uncom_tiago_exec.execution.base_approach import FromNearer
+from uncom_tiago_exec.execution.base_approach import BaseApproach
 from uncom_tiago_exec.execution.task_planner import TaskPlanner
 from uncom_tiago_exec.grasping.grasps import Grasp
 from uncom_tiago_exec.planning.plan import Plan
@@ -83,7 +83,7 @@ def test_where_it_has_to_drive_anyhow_it_drives_to_where_it_can_take_hold_well()
     can = replace(can, geometry=replace(can.geometry, cloud=cloud))
     planner = Plans(robot(), ExecutionConfig())
     machine = ObedientRobot(None, [0.06])
-    approach = FromNearer(TaskPlanner(planner, machine), machine, ExecutionConfig())
+    approach = BaseApproach(TaskPlanner(planner, machine), machine, ExecutionConfig())
     for planner.qualities, expected in (((0.1, 0.5), 0.12), ((0.1, 0.12), 0.06), ((0.4, 0.9), 0.06)):
-        found = approach.reaching(make_task([can], "pick"), 1)
+        found = approach.find_plan(make_task([can], "pick"), 1)
         assert found[0] == expected

@@ -24,11 +24,11 @@ from uncom_sim.bench_planning.scenes import detection, flat_table
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import MotionError, RefusedError, UnreachableError
 from uncom_tiago_exec.execution.engine import Engine
-from uncom_tiago_exec.execution.plan_executor import reversed_trajectory
-from uncom_tiago_exec.execution.verification import verify
+from uncom_tiago_exec.observation.verification import verify
 from uncom_tiago_exec.planning.plan import GripStep, MoveStep
 from uncom_tiago_exec.scene.base_frame import task_in_base
 from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
+from uncom_tiago_exec.trajectory.trajectory_edits import reversed_trajectory
 from uncom_tiago_exec.types import Stage
 
 CONFIG = ExecutionConfig()

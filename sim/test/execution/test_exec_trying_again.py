@@ -22,9 +22,14 @@ from uncom_sim.bench_planning.scenes import TABLE_Z, detection, flat_table
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import MotionError, StoppedError
 from uncom_tiago_exec.execution.engine import Engine
-from uncom_tiago_exec.execution.object_reidentification import followed, found_again, joined, remembering
-from uncom_tiago_exec.execution.verification import verify
 from uncom_tiago_exec.grasping.grasps import grasp_candidates
+from uncom_tiago_exec.observation.object_reidentification import (
+    find_object,
+    merge_tables,
+    update_task,
+    with_remembered_objects,
+)
+from uncom_tiago_exec.observation.verification import verify
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.carry_planner import UprightConstraint, lean
 from uncom_tiago_exec.planning.plan import MoveStep
@@ -139,11 +144,11 @@ def test_a_thing_that_is_gone_is_not_mistaken_for_its_neighbour():
     rng = np.random.default_rng(3)
     lemon, orange = lemon_at(0.6, 0.2), detection("orange", ball_cloud(0.6, 0.29, 0.03, rng))
     task = make_task([lemon, orange], "pick")
-    assert found_again(scene_of(orange), task) is None
+    assert find_object(scene_of(orange), task) is None
     rolled = lemon_at(0.7, 0.05)
-    assert found_again(scene_of(orange, rolled), task) is rolled
+    assert find_object(scene_of(orange, rolled), task) is rolled
     pushed = detection("orange", ball_cloud(0.6, 0.3, 0.03, np.random.default_rng(4)))
-    assert found_again(scene_of(pushed, rolled), task) is rolled
+    assert find_object(scene_of(pushed, rolled), task) is rolled
 
 
 class Jammed(ObedientRobot):
@@ -255,14 +260,14 @@ def test_a_thing_has_fallen_over_only_if_enough_of_it_is_seen_lying(seen, stands
 def test_a_table_seen_from_nearer_keeps_the_edge_that_is_out_of_sight():
     before, now = flat_table(), flat_table()
     beyond = np.maximum(np.asarray(now.polygon), [0.55, -np.inf, -np.inf])
-    both = joined(before, replace(now, polygon=beyond))
+    both = merge_tables(before, replace(now, polygon=beyond))
     assert np.asarray(both.polygon)[:, 0].min() == pytest.approx(np.asarray(before.polygon)[:, 0].min(), abs=1e-6)
     assert np.asarray(both.polygon)[:, 0].max() == pytest.approx(np.asarray(before.polygon)[:, 0].max(), abs=1e-6)
     assert both.height_m == pytest.approx(now.height_m)
     higher = replace(now, polygon=beyond + np.array([0.0, 0.0, 0.2]))
-    assert joined(before, higher) is higher
-    assert joined(None, now) is now
-    assert joined(before, None) is before
+    assert merge_tables(before, higher) is higher
+    assert merge_tables(None, now) is now
+    assert merge_tables(before, None) is before
 
 
 def test_a_base_stopped_on_its_way_is_driven_back_as_far_as_it_had_come():
@@ -307,8 +312,8 @@ def test_what_is_out_of_sight_from_nearer_is_remembered():
     near = detection("bottle", cylinder_cloud(0.52, -0.05, 0.03, 0.2, rng))
     beside = detection("box", box_cloud(0.7, -0.3, 0.0, np.array([0.1, 0.08, 0.1]), rng))
     task = make_task([far, near, beside], "place", place=(0.7, 0.2))
-    now = followed(task, scene_of(far, beside))
+    now = update_task(task, scene_of(far, beside))
     assert {thing.label for thing in now.scene} == {"can", "box"}
-    remembered = remembering(now, task)
+    remembered = with_remembered_objects(now, task)
     assert sorted(thing.label for thing in remembered.scene) == ["bottle", "box", "can"]
-    assert remembering(followed(task, scene_of(far, near, beside)), task).scene == (far, near, beside)
+    assert with_remembered_objects(update_task(task, scene_of(far, near, beside)), task).scene == (far, near, beside)

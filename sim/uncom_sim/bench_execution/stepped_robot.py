@@ -15,7 +15,7 @@ from uncom_perception.objects.detectors.tabletop_detector import TabletopDetecto
 from uncom_perception.objects.tracking.external_models import with_models
 from uncom_perception.types import FloatArray, ObjectModel, Scene
 from uncom_tiago_exec.exceptions import MotionError, StoppedError
-from uncom_tiago_exec.execution.base_velocity import drive_velocity
+from uncom_tiago_exec.execution.base_driver import drive_velocity
 from uncom_tiago_exec.execution.robot_interface import RobotInterface
 from uncom_tiago_exec.robot.gripper_joints import finger_gap, finger_motion
 from uncom_tiago_exec.types import BasePose, Side, Trajectory

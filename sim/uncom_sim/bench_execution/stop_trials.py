@@ -17,7 +17,7 @@ from uncom_common.primitive import Primitive
 from uncom_common.transforms import apply, invert
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.execution.engine import Engine
-from uncom_tiago_exec.execution.verification import middle_of
+from uncom_tiago_exec.observation.verification import footprint_centre
 from uncom_tiago_exec.robot.robot_model import RobotModel
 from uncom_tiago_exec.scene.base_frame import task_in_odom
 from uncom_tiago_exec.types import ManipulationTask, Outcome, Stage, Status
@@ -155,7 +155,7 @@ class StopTrial:
         case = case if place is None else replace(case, place=(float(place[0]), float(place[1])))
         task = task_of(case, seen, states)
         there = next(state.position[:2] for state in states if state.id == case.meaning.object)
-        away = float(np.linalg.norm(middle_of(task.object) - there))
+        away = float(np.linalg.norm(footprint_centre(task.object) - there))
         return task_in_odom(task, base) if self._held or away < _SEEN_M else None
 
     def _motion(self) -> tuple[float, float]:

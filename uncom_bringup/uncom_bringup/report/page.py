@@ -24,7 +24,7 @@ from uncom_bringup.monitor.run_record import (
     RunRecord,
     name_of,
 )
-from uncom_bringup.report import progress, summary, table_map, timeline
+from uncom_bringup.report import execution_tree, progress, summary, table_map, timeline
 
 _TEMPLATE = "report.html.j2"
 _ROLES = {
@@ -65,6 +65,7 @@ def write_report(
         utterances=[_utterance(event, record) for event in record.of(kinds.TRANSCRIPT)],
         decisions=[_decision(event, record) for event in record.of(kinds.COMMAND)],
         stages=_stages(record),
+        trees=_trees(record),
         timings=timings_s,
         backends=summary.backends(record),
         files=files,
@@ -195,11 +196,14 @@ def _stages(record: RunRecord) -> list[dict[str, Any]]:
 
 def _flat(text: str) -> list[tuple[str, str]]:
     """Return the numbers that a stage published, as short texts; long lists (paths) only by their length."""
-    try:
-        data = json.loads(text) if text else {}
-    except json.JSONDecodeError:
-        return []
-    return [(str(key), _short(value)) for key, value in data.items()] if isinstance(data, dict) else []
+    data = execution_tree.data_of(text)
+    return [(str(key), _short(value)) for key, value in data.items() if key != execution_tree.KEY]
+
+
+def _trees(record: RunRecord) -> list[list[execution_tree.Row]]:
+    """Return the behaviour trees that ran, one a command that was carried out."""
+    trees = (execution_tree.rows_of(execution_tree.data_of(e.data["data_json"])) for e in record.of(kinds.EXECUTION))
+    return [rows for rows in trees if rows]
 
 
 def _short(value: Any) -> str:

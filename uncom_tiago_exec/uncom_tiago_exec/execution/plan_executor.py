@@ -1,53 +1,53 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Carries out the steps of a plan and knows what is in the hand: take, carry, place, and the ways back."""
+"""Executes the steps of a plan and knows what is in the hand: take, carry, place, and the ways back."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import ExecutionError, GraspFailedError, MotionError, StoppedError
-from uncom_tiago_exec.execution.recovery import Left, clear_of_all, way_home
+from uncom_tiago_exec.execution.options import GRIP, PLAN_EXECUTION, GripOptions, PlanExecutionOptions
+from uncom_tiago_exec.execution.recovery import InterruptedArm, plan_lift_clear, plan_way_home
 from uncom_tiago_exec.execution.robot_interface import RobotInterface
 from uncom_tiago_exec.planning.plan import GripStep, MoveStep, Plan
 from uncom_tiago_exec.robot.gripper_joints import finger_gap
 from uncom_tiago_exec.robot.robot_model import RobotModel
+from uncom_tiago_exec.trajectory.trajectory_edits import reversed_trajectory, started_at
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage, Status, Trajectory
 
 _LOG = logging.getLogger(__name__)
-_SQUEEZE = 0.03  # [m] the fingers aim this much below what they hold; with 2 cm tolerance each they keep pressing.
-# With less a pair that a load has moved aside comes to an end, where one finger presses alone; what is thin and slants
-# turns between the fingers, and they follow it.
-_STUCK = 0.01  # [m] fingers that open by this much less than told still hold what they had
-_FREED = 0.012  # [m] fingers that open by this much at least let go, though something beside them is in their way
-_UNSTICK = 3  # times they close and open again
-_EARLY = 0.035  # [m] what hangs lower than thought, for it turned between the fingers, rests this much earlier at most
-_HANGING = 0.7  # the same as a share of the radius of a dish that is held by its edge
-_ELSEWHERE = 0.15  # [rad, or m] from where a motion begins, that an arm at most is
-_SLIPPED = 0.014  # [m] fingers that close this much further have lost what was between them
-
-Report = Callable[[Status], None]
+StatusCallback = Callable[[Status], None]  # takes every change of stage
 
 
-class Performer:
-    """Performs steps one after the other; `stage` is the last one told, `in_hand` the label of what is held."""
+class PlanExecutor:
+    """Executes steps one after the other; `stage` is the last one told, `in_hand` the label of what is held."""
 
-    def __init__(self, model: RobotModel, robot: RobotInterface, config: ExecutionConfig, report: Report) -> None:
-        """Keep the parts; nothing moves yet."""
+    def __init__(
+        self,
+        model: RobotModel,
+        robot: RobotInterface,
+        config: ExecutionConfig,
+        report: StatusCallback,
+        options: PlanExecutionOptions = PLAN_EXECUTION,
+        grip: GripOptions = GRIP,
+    ) -> None:
+        """Take the robot and its model, limits of its motions, and what is told of every stage; nothing moves yet."""
         self.model = model
         self._robot = robot
         self._config = config
         self._report = report
+        self._options = options
+        self._grip_options = grip
         self.stage = Stage.IDLE
         self.in_hand = ""
         self._held_gap = 0.0
-        self._last: Trajectory | None = None  # the last motion of torso and arm, be it to its end or not
-        self._last_stage = Stage.IDLE  # in which it was
-        self._released = False  # the thing of the present plan was let go at its place
+        self._last_motion: Trajectory | None = None  # of torso and arm, be it to its end or not
+        self._last_motion_stage = Stage.IDLE
+        self._released = False  # the object of the present plan was let go at its place
         self._gripping: GripStep | None = None  # what the fingers were told and have not come to
 
     def follow(self, trajectory: Trajectory) -> None:
@@ -57,9 +57,9 @@ class Performer:
             MotionError: it ended elsewhere, or would begin elsewhere than where the arm is: nothing has moved then.
         """
         away = float(np.abs(self._positions_of(trajectory) - trajectory.positions[0]).max())
-        if away > _ELSEWHERE:
+        if away > self._options.start_deviation:
             raise MotionError(f"the next motion begins {away:.2f} rad from where the arm is")
-        self._last, self._last_stage = trajectory, self.stage
+        self._last_motion, self._last_motion_stage = trajectory, self.stage
         self._robot.follow(trajectory)
 
     def _grip(self, plan: Plan, step: GripStep) -> None:
@@ -75,11 +75,11 @@ class Performer:
     def holds_nothing(self, plan: Plan) -> bool:
         """Tell from the gap of the fingers whether what was held is gone."""
         width = plan.grasp.width if plan.grasp is not None else 0.0
-        least = max(_empty_below(width), self._held_gap - _SLIPPED)
+        least = max(self._empty_gap(width), self._held_gap - self._grip_options.slipped_m)
         return finger_gap(plan.side, self._robot.positions()) < least
 
     def take(self, task: ManipulationTask, plan: Plan) -> None:
-        """Go to the thing, close the fingers on it and lift it, or whatever comes first in the plan.
+        """Go to the object, close the fingers on it and lift it, or whatever comes first in the plan.
 
         Raises:
             GraspFailedError: nothing is between the fingers.
@@ -100,16 +100,16 @@ class Performer:
             else:
                 self._grip(plan, step)
             if holding and step.stage == Stage.LIFTING:
-                # a finger that was held up by the table, not by the thing, closes now
-                self._robot.grip(plan.side, _pressed(self._held_gap))
+                # a finger that was held up by the table, not by the object, closes now
+                self._robot.grip(plan.side, self._pressing_gap(self._held_gap))
                 self._still_held(plan, what, "the {} slipped out of my fingers")
 
     def _close(self, plan: Plan, what: str) -> None:
-        """Close on the thing, press, and tell from the gap whether anything is there."""
+        """Close on the object, press, and tell from the gap whether anything is there."""
         width = plan.grasp.width if plan.grasp is not None else 0.0
-        gap = self._robot.grip(plan.side, max(0.0, width - _SQUEEZE))
-        gap = self._robot.grip(plan.side, _pressed(gap))
-        if gap < _empty_below(width):
+        gap = self._robot.grip(plan.side, self._pressing_gap(width))
+        gap = self._robot.grip(plan.side, self._pressing_gap(gap))
+        if gap < self._empty_gap(width):
             raise GraspFailedError(f"my fingers closed beside the {what}")
         self._held_gap = gap
         self.tell(Stage.GRASPING, f"holding something {gap * 1000:.0f} mm wide", plan.side, {"gap_m": round(gap, 4)})
@@ -126,7 +126,7 @@ class Performer:
         self.tell(step.stage, step.detail, plan.side, data)
 
     def carry(self, plan: Plan) -> None:
-        """Bring the thing over its place; what is lost on the way is noticed there."""
+        """Bring the object over its place; what is lost on the way is noticed there."""
         for step in plan.steps:
             if isinstance(step, MoveStep) and step.stage == Stage.TRANSFERRING:
                 self._announce(step, plan)
@@ -135,7 +135,7 @@ class Performer:
                     self._still_held(plan, self.in_hand, "I lost the {} on the way")
 
     def place(self, plan: Plan) -> None:
-        """Set the thing down, let go, and go home.
+        """Set the object down, let go, and go home.
 
         On the last centimetres it may touch what it is to rest on, and turn or move between the fingers as it settles:
         the fingers then close further and tell nothing. Whether it stands where it should is seen afterwards.
@@ -165,21 +165,22 @@ class Performer:
         Raises:
             MotionError: they stay closed; what they hold would be torn away.
         """
+        options = self._grip_options
         self._gripping = step
-        for attempt in range(_UNSTICK + 1):
+        for attempt in range(options.release_retries + 1):
             gap = self._robot.grip(plan.side, step.gap)
-            if gap > step.gap - _STUCK:
+            if gap > step.gap - options.stuck_m:
                 self._gripping = None
                 return
-            if attempt < _UNSTICK:
-                self._robot.grip(plan.side, _pressed(gap))
-        if gap < self._held_gap + _FREED:
+            if attempt < options.release_retries:
+                self._robot.grip(plan.side, self._pressing_gap(gap))
+        if gap < self._held_gap + options.freed_m:
             raise MotionError("my fingers do not open")
         _LOG.warning("something beside it keeps the fingers from opening wider than %.0f mm", 1000.0 * gap)
         self._gripping = None
 
     def _lower(self, step: MoveStep, plan: Plan) -> bool:
-        """Lower the thing; return False if it rests on something a little before the end.
+        """Lower the object; return False if it rests on something a little before the end.
 
         Raises:
             MotionError: the motion ended elsewhere.
@@ -189,7 +190,9 @@ class Performer:
         except MotionError:
             group = self.model.group(plan.side, self._robot.positions())
             here = group.forward(self._positions_of(step.trajectory))
-            if float(np.linalg.norm((here - group.forward(step.trajectory.positions[-1]))[:3, 3])) > _early(plan):
+            if float(
+                np.linalg.norm((here - group.forward(step.trajectory.positions[-1]))[:3, 3])
+            ) > self._early_contact(plan):
                 raise
             return False
         return True
@@ -200,12 +203,12 @@ class Performer:
 
     def recover(self, plan: Plan, why: str = "something went wrong; I go back to where I began") -> bool:
         """Go home after a fault without dropping what is held, if there is a free way; else stay and return False."""
-        onwards = self._last_stage >= Stage.LIFTING and self._last_stage != Stage.PLACING
+        onwards = self._last_motion_stage >= Stage.LIFTING and self._last_motion_stage != Stage.PLACING
         self.tell(Stage.HOMING, why, plan.side)
         try:
             self._end_gripping(plan)
-            left = Left(bool(self.in_hand), self._released, self._last, onwards)
-            for motion in way_home(self.model, plan, self._robot.positions(), self._config, left):
+            left = InterruptedArm(bool(self.in_hand), self._released, self._last_motion, onwards)
+            for motion in plan_way_home(self.model, plan, self._robot.positions(), self._config, left):
                 self.follow(motion)
         except StoppedError:
             raise
@@ -214,13 +217,13 @@ class Performer:
             return False
         return True
 
-    def come_free(self, plan: Plan) -> None:
+    def lift_clear(self, plan: Plan) -> None:
         """Lift what is held until it is clear of everything, if it can be.
 
         Raises:
             MotionError: the arm is held up.
         """
-        for motion in clear_of_all(self.model, plan, self._robot.positions(), self._config):
+        for motion in plan_lift_clear(self.model, plan, self._robot.positions(), self._config):
             self.tell(Stage.LIFTING, "first I lift it clear", plan.side)
             self.follow(motion)
 
@@ -252,8 +255,8 @@ class Performer:
         """Open, and go back the way that was free on the way in; from above, where what fell may lie, straight home."""
         lifted = self.stage == Stage.LIFTING
         self.tell(Stage.RETREATING, "opening the fingers and going back", plan.side)
-        ways = (Stage.APPROACHING, Stage.LIFTING) if lifted else (Stage.APPROACHING,)
-        moves = [s for s in plan.steps if isinstance(s, MoveStep) and s.stage in ways]
+        stages = (Stage.APPROACHING, Stage.LIFTING) if lifted else (Stage.APPROACHING,)
+        moves = [step for step in plan.steps if isinstance(step, MoveStep) and step.stage in stages]
         if plan.grasp is not None:
             self._robot.grip(plan.side, plan.grasp.opening)
         if lifted and self.recover(plan, "I go back and look where it is"):
@@ -262,39 +265,17 @@ class Performer:
             here = self._positions_of(move.trajectory)
             self.follow(started_at(reversed_trajectory(move.trajectory), here))
 
+    def _pressing_gap(self, gap: float) -> float:
+        """Return the gap [m] to aim at with something `gap` wide between the fingers."""
+        return max(0.0, gap - self._grip_options.squeeze_m)
 
-def reversed_trajectory(trajectory: Trajectory) -> Trajectory:
-    """Return the same motion backwards."""
-    times = trajectory.times[-1] - trajectory.times[::-1]
-    return Trajectory(trajectory.joint_names, times, trajectory.positions[::-1], -trajectory.velocities[::-1])
+    def _empty_gap(self, width: float) -> float:
+        """Return the gap [m] under which fingers that closed on something `width` wide hold nothing."""
+        return max(self._grip_options.empty_gap_m, self._grip_options.empty_width_ratio * width)
 
-
-def started_at(trajectory: Trajectory, here: FloatArray) -> Trajectory:
-    """Return a motion that begins at joint positions (J,) near its own start, and ends as it did."""
-    share = trajectory.times / trajectory.times[-1]
-    left = 1.0 - share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
-    pace = -30.0 * share**2 * (1.0 - share) ** 2 / trajectory.times[-1]
-    away = here - trajectory.positions[0]
-    return replace(
-        trajectory,
-        positions=trajectory.positions + left[:, None] * away,
-        velocities=trajectory.velocities + pace[:, None] * away,
-    )
-
-
-def _pressed(gap: float) -> float:
-    """Return the gap [m] to aim at with something `gap` wide between the fingers."""
-    return max(0.0, gap - _SQUEEZE)
-
-
-def _empty_below(width: float) -> float:
-    """Return the gap [m] under which fingers that closed on something `width` wide hold nothing."""
-    return max(0.002, 0.3 * width)
-
-
-def _early(plan: Plan) -> float:
-    """Return how much earlier than planned [m] a thing may come to rest: a dish hangs down from its edge."""
-    rim = plan.scene.moved.rim
-    if rim is None or plan.grasp is None or plan.grasp.family != "rim":
-        return _EARLY
-    return max(_EARLY, _HANGING * rim.radius)
+    def _early_contact(self, plan: Plan) -> float:
+        """Return how much earlier than planned [m] an object may come to rest: a dish hangs down from its edge."""
+        options, rim = self._options, plan.scene.moved.rim
+        if rim is None or plan.grasp is None or plan.grasp.family != "rim":
+            return options.early_contact_m
+        return max(options.early_contact_m, options.early_contact_radius_ratio * rim.radius)

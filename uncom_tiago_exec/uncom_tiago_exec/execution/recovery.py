@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The way home from wherever an arm was left, with or without something in the hand.
 
-First a way is planned from where the arm is. Where it stands too near to things for that, it goes on, or back, along
-the motion that led there, which was free when it was planned, and a way is planned from that motion's end.
+First a path is planned from where the arm is. Where it stands too near to objects for that, it goes on, or back, along
+the motion that led there, which was free when it was planned, and a path is planned from that motion's end.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from uncom_tiago_exec.collision.collision_checker import CollisionChecker
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import InCollisionError, PlanningError, RefusedError
+from uncom_tiago_exec.execution.options import RECOVERY, RecoveryOptions
 from uncom_tiago_exec.planning.arm_planner import TABLE_ONLY, ArmPlanner
 from uncom_tiago_exec.planning.carry_planner import carried, lean
 from uncom_tiago_exec.planning.plan import Plan
@@ -23,177 +24,220 @@ from uncom_tiago_exec.scene.obstacles import TABLE
 from uncom_tiago_exec.scene.scene_model import build_scene, replace_moved
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Trajectory
 
-_BACK = (0.1, 0.06, 0.03)  # [m] straight ways out to try first
-_ON_THE_WAY = 0.15  # [rad, or m] how far from a motion an arm may have come to rest
-_AT_HOME = 0.02  # [rad, or m]
-_THERE = 1e-3  # [rad, or m] nearer than this there is no way to go
-_TURNED = np.radians(50.0)  # what leans more than this turns about the line between the pads,
-_LEVER = 0.03  # [m] if its middle is farther than this from them
-_ASTRAY = 0.05  # [rad, or m] farther from home something was not done to its end
-_PACE = 0.5
-_LOWER, _LOWERED = 0.003, 5  # [m] by which a table is taken to be lower at a time, and how often at most
-
 
 @dataclass(frozen=True, slots=True)
-class Left:
-    """How an arm was left: is something held, was it let go at its place, and by what motion did the arm come here."""
+class InterruptedArm:
+    """How an arm was left.
+
+    Attributes:
+        holding: something is in its hand.
+        released: the object was let go at its place.
+        last_motion: the motion by which the arm came here, be it to its end or not.
+        forward_first: the end of that motion is nearer to freedom than its start.
+    """
 
     holding: bool = False
     released: bool = False
-    last: Trajectory | None = None
-    onwards: bool = False  # the motion's end is nearer to freedom than its start
+    last_motion: Trajectory | None = None
+    forward_first: bool = False
 
 
-def way_home(
-    robot: RobotModel, plan: Plan, positions: Mapping[str, float], config: ExecutionConfig, left: Left
+def plan_way_home(
+    robot: RobotModel,
+    plan: Plan,
+    positions: Mapping[str, float],
+    config: ExecutionConfig,
+    left: InterruptedArm,
+    options: RecoveryOptions = RECOVERY,
 ) -> list[Trajectory]:
-    """Plan from the present positions to where the plan began.
+    """Plan from the present joint positions to where a plan began.
 
-    What is held far from its middle would turn over there, and out of the fingers: with that the arm goes to where it
+    What is held far from its centre would turn over there, and out of the fingers: with that the arm goes to where it
     had lifted it.
 
+    Args:
+        robot: the robot's model.
+        plan: whose arm was left, in its scene.
+        positions: of all joints now, by name [rad, m].
+        config: of the node.
+        left: how the arm was left.
+        options: of recovery.
+
     Raises:
-        RefusedError: there is no free way; the arm had better stay where it is.
+        RefusedError: there is no free path; the arm had better stay where it is.
     """
     arm = ArmPlanner(robot, plan.side, positions, plan.scene, config)
-    here, goal = arm.group.clamp(arm.start), _goal(arm, plan, left)
-    if float(np.abs(here - goal).max()) < _THERE:
+    here = arm.group.clamp(arm.start)
+    home = _WayHome(arm, plan, left, options)
+    if float(np.abs(here - home.goal).max()) < options.no_motion:
         return []
-    true = _with_true_table(robot, plan, positions, config, left)
-    if true is not plan:
-        plan, arm = true, ArmPlanner(robot, plan.side, positions, true.scene, config)
+    lowered = _with_lowered_table(robot, plan, positions, config, left, options)
+    if lowered is not plan:
+        home = _WayHome(ArmPlanner(robot, plan.side, positions, lowered.scene, config), lowered, left, options)
     try:
-        return _planned(arm, plan, here, left)
+        return home.planned_from(here)
     except RefusedError as error:
         refusal = error
-    for motion in _along(arm, here, left):
+    for motion in home.along_last_motion(here):
         end = motion.positions[-1]
-        if float(np.abs(end - goal).max()) < _AT_HOME:
+        if float(np.abs(end - home.goal).max()) < options.home_tolerance:
             return [motion]
         try:
-            return [motion, *_planned(arm, plan, arm.group.clamp(end), left)]
+            return [motion, *home.planned_from(home.arm.group.clamp(end))]
         except RefusedError:
             continue
     raise refusal
 
 
-def _with_true_table(
-    robot: RobotModel, plan: Plan, positions: Mapping[str, float], config: ExecutionConfig, left: Left
+def plan_lift_clear(
+    robot: RobotModel,
+    plan: Plan,
+    positions: Mapping[str, float],
+    config: ExecutionConfig,
+    options: RecoveryOptions = RECOVERY,
+) -> list[Trajectory]:
+    """Return a straight motion to where what is held touches nothing; none if it does not, or there is no such motion.
+
+    Args:
+        robot: the robot's model.
+        plan: that has put something into the hand, in the scene as it is now.
+        positions: of all joints now, by name [rad, m].
+        config: of the node.
+        options: of recovery.
+    """
+    arm = ArmPlanner(robot, plan.side, positions, plan.scene, config)
+    home, here = _WayHome(arm, plan, InterruptedArm(holding=True), options), arm.group.clamp(arm.start)
+    if plan.grasp is None or (free := home.checker(near=False)).is_free(here):
+        return []
+    near = home.checker(near=True)
+    near.relax_at(here)
+    for out in home.retreats(here, near):
+        if free.is_free(out[-1]):
+            return [arm.timed(out, near, options.retreat_pace)]
+    return []
+
+
+def plan_in_present_scene(plan: Plan, task: ManipulationTask, *, holding: bool) -> Plan:
+    """Return a plan with everything where a task in base_footprint sees it now, but for what is in the hand."""
+    scene = build_scene(task)
+    return replace(plan, scene=replace_moved(scene, plan.scene.moved) if holding else scene, motion=None)
+
+
+def is_away_from_home(
+    robot: RobotModel, plan: Plan, positions: Mapping[str, float], options: RecoveryOptions = RECOVERY
+) -> bool:
+    """Tell whether the arm of a plan is elsewhere than where the plan began."""
+    here = robot.group(plan.side, positions).vector(positions)
+    return float(np.abs(here - plan.home).max()) > options.away
+
+
+def _with_lowered_table(
+    robot: RobotModel,
+    plan: Plan,
+    positions: Mapping[str, float],
+    config: ExecutionConfig,
+    left: InterruptedArm,
+    options: RecoveryOptions,
 ) -> Plan:
     """Return a plan whose table is as low as it must be where the hand stands in the top that was seen.
 
     A hand that leans at the table with open fingers is nearer to it than the table's height was seen exactly.
     """
     scene = plan.scene
-    for _ in range(_LOWERED):
+    for _ in range(options.table_steps):
         arm = ArmPlanner(robot, plan.side, positions, scene, config)
-        touching = _checker(arm, plan, left, near=True).relax_at(arm.group.clamp(arm.start))
-        if not any(TABLE in pair for pair in touching):
+        near = _WayHome(arm, plan, left, options).checker(near=True)
+        if not any(TABLE in pair for pair in near.relax_at(arm.group.clamp(arm.start))):
             return plan if scene is plan.scene else replace(plan, scene=scene)
         pose = scene.table.pose.copy()
-        pose[2, 3] -= _LOWER
+        pose[2, 3] -= options.table_step_m
         scene = replace(scene, table=replace(scene.table, pose=pose))
     return plan
 
 
-def _goal(arm: ArmPlanner, plan: Plan, left: Left) -> FloatArray:
-    """Return where to go: home, or where the thing was lifted to."""
-    home, grasp, lifted = arm.group.clamp(plan.home), plan.grasp, plan.lifted
-    if not left.holding or grasp is None or lifted is None or lean(arm, grasp, home) < _TURNED:
-        return home
-    pads = grasp.pose[:3, 3] + arm.group.gripper.tip * grasp.approach
-    return home if float(np.linalg.norm(pads - plan.scene.moved.middle)) < _LEVER else arm.group.clamp(lifted)
+class _WayHome:
+    """Plans for one arm as it was left."""
 
+    def __init__(self, arm: ArmPlanner, plan: Plan, left: InterruptedArm, options: RecoveryOptions) -> None:
+        self.arm = arm
+        self._plan = plan
+        self._left = left
+        self._options = options
 
-def clear_of_all(
-    robot: RobotModel, plan: Plan, positions: Mapping[str, float], config: ExecutionConfig
-) -> list[Trajectory]:
-    """Return a straight way to where what is held is clear of everything: none if it is already, or there is none."""
-    arm = ArmPlanner(robot, plan.side, positions, plan.scene, config)
-    left, here = Left(holding=True), arm.group.clamp(arm.start)
-    if plan.grasp is None or (free := _checker(arm, plan, left, near=False)).is_free(here):
-        return []
-    near = _checker(arm, plan, left, near=True)
-    near.relax_at(here)
-    for out in _ways_out(arm, here, near, left):
-        if free.is_free(out[-1]):
-            return [arm.timed(out, near, 0.4)]
-    return []
+    @property
+    def goal(self) -> FloatArray:
+        """Where to go (8,): home, or where the object was lifted to."""
+        arm, plan, options = self.arm, self._plan, self._options
+        home, grasp, lifted = arm.group.clamp(plan.home), plan.grasp, plan.lifted
+        if not self._left.holding or grasp is None or lifted is None:
+            return home
+        if lean(arm, grasp, home) < np.radians(options.turn_deg):
+            return home
+        pads = grasp.pose[:3, 3] + arm.group.gripper.tip * grasp.approach
+        lever = float(np.linalg.norm(pads - plan.scene.moved.middle))
+        return home if lever < options.lever_m else arm.group.clamp(lifted)
 
+    def planned_from(self, here: FloatArray) -> list[Trajectory]:
+        """Plan from a configuration (8,) to the goal: straight out of the objects first, if the hand is among them.
 
-def as_seen_now(plan: Plan, task: ManipulationTask, *, holding: bool) -> Plan:
-    """Return a plan with everything where a task sees it now, but for what is in the hand."""
-    scene = build_scene(task)
-    return replace(plan, scene=replace_moved(scene, plan.scene.moved) if holding else scene, motion=None)
-
-
-def is_astray(robot: RobotModel, plan: Plan, positions: Mapping[str, float]) -> bool:
-    """Tell whether the arm of a plan is elsewhere than where the plan began."""
-    here = robot.group(plan.side, positions).vector(positions)
-    return float(np.abs(here - plan.home).max()) > _ASTRAY
-
-
-def _planned(arm: ArmPlanner, plan: Plan, here: FloatArray, left: Left) -> list[Trajectory]:
-    """Plan from a configuration (8,) to home: straight out of the things first, if the hand is among them."""
-    free = _checker(arm, plan, left, near=False)
-    goal = _goal(arm, plan, left)
-    if not free.is_free(goal):
-        free.relax_at(goal)
-    try:
-        return [arm.timed(_way(arm, plan, left, free, here, goal), free, _PACE)]
-    except RefusedError as error:  # open fingers around a thing are free, and yet find no way at random
-        refusal = error
-    near = _checker(arm, plan, left, near=True)
-    if not near.is_free(here):
-        near.relax_at(here)
-    for out in _ways_out(arm, here, near, left):
+        Raises:
+            RefusedError: there is no free path.
+        """
+        arm, options, goal = self.arm, self._options, self.goal
+        free = self.checker(near=False)
+        if not free.is_free(goal):
+            free.relax_at(goal)
         try:
-            return [arm.timed(out, near, 0.4), arm.timed(_way(arm, plan, left, free, out[-1], goal), free, _PACE)]
-        except RefusedError as error:
+            return [arm.timed(self._path(free, here, goal), free, options.pace)]
+        except RefusedError as error:  # open fingers around an object are free, and yet find no path at random
             refusal = error
-    raise refusal
-
-
-def _way(
-    arm: ArmPlanner, plan: Plan, left: Left, free: CollisionChecker, here: FloatArray, goal: FloatArray
-) -> FloatArray:
-    """Return a free way (N, 8) home, on which a held thing stays upright."""
-    if left.holding and plan.grasp is not None:
-        return carried(arm, plan.grasp, here, goal)
-    return arm.transit(free, here, [goal])
-
-
-def _checker(arm: ArmPlanner, plan: Plan, left: Left, *, near: bool) -> CollisionChecker:
-    """Return what checks motions of the hand as it was left; near, it may touch what it had to do with."""
-    gap = arm.start_gap
-    if left.holding and plan.grasp is not None:
-        return arm.carrying(plan.grasp, TABLE_ONLY if near else frozenset())
-    if left.released and plan.motion is not None:
-        return arm.leaving(gap, plan.motion, frozenset({arm.scene.moved.name} if near else ()))
-    return arm.reaching(gap) if near else arm.free(gap)
-
-
-def _ways_out(arm: ArmPlanner, here: FloatArray, near: CollisionChecker, left: Left) -> Iterator[FloatArray]:
-    """Yield straight ways back along the fingers, and up, that touch nothing new; up first with something held."""
-    up, back = np.array([0.0, 0.0, 1.0]), -arm.group.forward(here)[:3, 0]
-    for direction in (up, back) if left.holding else (back, up):
-        for distance in _BACK:
+        near = self.checker(near=True)
+        if not near.is_free(here):
+            near.relax_at(here)
+        for out in self.retreats(here, near):
             try:
-                yield arm.straight(near, here, distance * direction)
-            except (InCollisionError, PlanningError):
-                continue
+                onward = self._path(free, out[-1], goal)
+                return [arm.timed(out, near, options.retreat_pace), arm.timed(onward, free, options.pace)]
+            except RefusedError as error:
+                refusal = error
+        raise refusal
 
+    def _path(self, free: CollisionChecker, here: FloatArray, goal: FloatArray) -> FloatArray:
+        """Return a free path (N, 8) on which a held object stays upright."""
+        if self._left.holding and self._plan.grasp is not None:
+            return carried(self.arm, self._plan.grasp, here, goal)
+        return self.arm.transit(free, here, [goal])
 
-def _along(arm: ArmPlanner, here: FloatArray, left: Left) -> Iterator[Trajectory]:
-    """Yield the rest of the last motion, on and back, from where on it the arm is."""
-    last = left.last
-    if last is None or last.joint_names != arm.group.joint_names:
-        return
-    away = np.abs(last.positions - here).max(axis=1)
-    k = int(away.argmin())
-    if away[k] > _ON_THE_WAY:
-        return
-    on, back = last.positions[k:], last.positions[: k + 1][::-1]
-    for rest in (on, back) if left.onwards else (back, on):
-        if float(np.abs(rest[-1] - here).max()) > 1e-3:
-            yield arm.along(np.vstack([here, rest[1:]]), _PACE)
+    def checker(self, *, near: bool) -> CollisionChecker:
+        """Return what checks motions of the hand as it was left; near, it may touch what it had to do with."""
+        arm, plan, left = self.arm, self._plan, self._left
+        gap = arm.start_gap
+        if left.holding and plan.grasp is not None:
+            return arm.carrying(plan.grasp, TABLE_ONLY if near else frozenset())
+        if left.released and plan.motion is not None:
+            return arm.leaving(gap, plan.motion, frozenset({arm.scene.moved.name} if near else ()))
+        return arm.reaching(gap) if near else arm.free(gap)
+
+    def retreats(self, here: FloatArray, near: CollisionChecker) -> Iterator[FloatArray]:
+        """Yield straight paths back along the fingers, and up, that touch nothing new; up first with an object held."""
+        up, back = np.array([0.0, 0.0, 1.0]), -self.arm.group.forward(here)[:3, 0]
+        for direction in (up, back) if self._left.holding else (back, up):
+            for distance in self._options.retreats_m:
+                try:
+                    yield self.arm.straight(near, here, distance * direction)
+                except (InCollisionError, PlanningError):
+                    continue
+
+    def along_last_motion(self, here: FloatArray) -> Iterator[Trajectory]:
+        """Yield the rest of the last motion, forward and back, from where on it the arm is."""
+        last = self._left.last_motion
+        if last is None or last.joint_names != self.arm.group.joint_names:
+            return
+        away = np.abs(last.positions - here).max(axis=1)
+        nearest = int(away.argmin())
+        if away[nearest] > self._options.near_motion:
+            return
+        forward, back = last.positions[nearest:], last.positions[: nearest + 1][::-1]
+        for rest in (forward, back) if self._left.forward_first else (back, forward):
+            if float(np.abs(rest[-1] - here).max()) > self._options.no_motion:
+                yield self.arm.along(np.vstack([here, rest[1:]]), self._options.pace)

@@ -12,7 +12,8 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
 from uncom_tiago_exec.exceptions import MotionError, StoppedError
-from uncom_tiago_exec.execution.base_velocity import DRIVE_SPEED, drive_velocity
+from uncom_tiago_exec.execution.base_driver import drive_velocity
+from uncom_tiago_exec.execution.options import BASE_DRIVE
 
 _BASE = "/mobile_base_controller"
 _TICK_S = 0.02
@@ -47,7 +48,7 @@ def drive_base(node: Node, group: Any, distance: float, stop: threading.Event, f
     listening = node.create_subscription(Odometry, f"{_BASE}/odom", on_odometry, 10, callback_group=group)
     commands = node.create_publisher(TwistStamped, f"{_BASE}/cmd_vel", 10)
     began = now()
-    deadline = began + 2.0 * abs(distance) / DRIVE_SPEED + _EXTRA_S
+    deadline = began + 2.0 * abs(distance) / BASE_DRIVE.speed_mps + _EXTRA_S
     try:
         while True:
             if stop.is_set():

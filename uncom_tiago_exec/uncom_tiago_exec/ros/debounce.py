@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 
 
-class Lasting:
+class Debounce:
     """Tells whether a condition has held at every look for some time.
 
     Where messages wait to be handled, time may have gone on before the message that says all is well: what looks like

@@ -29,7 +29,7 @@ from uncom_tiago_exec.execution.robot_interface import RobotInterface
 from uncom_tiago_exec.robot.gripper_joints import finger_gap, finger_motion
 from uncom_tiago_exec.robot.joint_names import HEAD_JOINTS, TORSO_JOINT, arm_joints, finger_joints
 from uncom_tiago_exec.ros.base_drive import drive_base
-from uncom_tiago_exec.ros.debounce import Lasting
+from uncom_tiago_exec.ros.debounce import Debounce
 from uncom_tiago_exec.ros.patient_action_client import PatientActionClient
 from uncom_tiago_exec.types import ODOM_ORIGIN, SIDES, BasePose, Side, Trajectory
 
@@ -124,7 +124,7 @@ class RosRobot(RobotInterface):
 
     def positions(self) -> dict[str, float]:
         """Return joint positions; see RobotInterface."""
-        quiet = Lasting(_SURE_S)
+        quiet = Debounce(_SURE_S)
         while not self._alive():
             if quiet.holds(True):
                 raise MotionError("no joint states arrive on /joint_states; is the robot running?")
@@ -190,7 +190,7 @@ class RosRobot(RobotInterface):
             future.add_done_callback(lambda f, n=name: self._accepted(n, f, results, done, len(goals)))
         ends_s = self._now() + duration
         deadline = ends_s + _EXTRA_S
-        quiet = Lasting(_SURE_S)
+        quiet = Debounce(_SURE_S)
         while not done.wait(_TICK_S):
             failed = [r for r in results.values() if r.error_code != FollowJointTrajectory.Result.SUCCESSFUL]
             silent = [

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from uncom_perception.types import Detection, Scene, TableSurface
 
-from uncom_tiago_exec.execution.verification import extent, middle_of
+from uncom_tiago_exec.observation.verification import footprint_centre, visible_extent
 from uncom_tiago_exec.types import FloatArray, ManipulationTask
 
 _FOLLOW_M = 0.12  # [m] after a failed grasp the thing is looked for this far around its last place
@@ -21,30 +21,30 @@ _SAME_HEIGHT = 0.03  # [m] between two sights of one table at most
 _LIKE_SIZE = 0.5  # of the logarithm of two sizes
 
 
-def nearest(scene: Scene, thing: Detection) -> Detection | None:
+def nearest_detection(scene: Scene, thing: Detection) -> Detection | None:
     """Return what stands nearest to a thing's place, if it is near enough to be the same."""
-    place = middle_of(thing)
+    place = footprint_centre(thing)
     seen = [d for d in scene.detections if d.geometry is not None]
-    near = [(float(np.linalg.norm(middle_of(d) - place)), i) for i, d in enumerate(seen)]
+    near = [(float(np.linalg.norm(footprint_centre(d) - place)), i) for i, d in enumerate(seen)]
     if not near or min(near)[0] > _FOLLOW_M:
         return None
     return seen[min(near)[1]]
 
 
-def found_again(scene: Scene, task: ManipulationTask, place: FloatArray | None = None) -> Detection | None:
+def find_object(scene: Scene, task: ManipulationTask, place: FloatArray | None = None) -> Detection | None:
     """Return the thing to move in a new picture: of like size, and not one of the others where it was before.
 
     It is rather near its old place, or the place (2,) it was to be brought to, than somewhere else.
     """
-    size = extent(task.object)
-    known = [(middle_of(d), extent(d)) for d in _others(task)]
-    homes = [middle_of(task.object), *([] if place is None else [place])]
+    size = visible_extent(task.object)
+    known = [(footprint_centre(d), visible_extent(d)) for d in _others(task)]
+    homes = [footprint_centre(task.object), *([] if place is None else [place])]
     best: tuple[float, Detection] | None = None
     for seen in scene.detections:
         if seen.geometry is None or any(_is_at(seen, *other) for other in known):
             continue
-        misfit = abs(float(np.log(max(extent(seen), 1e-3) / max(size, 1e-3))))
-        away = min(float(np.linalg.norm(middle_of(seen) - home)) for home in homes)
+        misfit = abs(float(np.log(max(visible_extent(seen), 1e-3) / max(size, 1e-3))))
+        away = min(float(np.linalg.norm(footprint_centre(seen) - home)) for home in homes)
         if away > _FOLLOW_M and misfit > _LIKE_SIZE:
             continue
         if best is None or misfit + away / _FOLLOW_M < best[0]:
@@ -60,32 +60,32 @@ def _others(task: ManipulationTask) -> list[Detection]:
 
 def _is_at(seen: Detection, place: FloatArray, size: float) -> bool:
     """Tell whether something stands where another thing of like size stood."""
-    near = float(np.linalg.norm(middle_of(seen) - place)) < _STILL
-    return near and abs(float(np.log(max(extent(seen), 1e-3) / max(size, 1e-3)))) < _LIKE_SIZE
+    near = float(np.linalg.norm(footprint_centre(seen) - place)) < _STILL
+    return near and abs(float(np.log(max(visible_extent(seen), 1e-3) / max(size, 1e-3)))) < _LIKE_SIZE
 
 
-def followed(task: ManipulationTask, scene: Scene, place: FloatArray | None = None) -> ManipulationTask | None:
-    """Return a task with everything where it is in a new picture, or None if its thing is not seen; see found_again."""
-    thing = found_again(scene, task, place)
+def update_task(task: ManipulationTask, scene: Scene, place: FloatArray | None = None) -> ManipulationTask | None:
+    """Return a task with everything where it is in a new picture, or None if its thing is not seen; see find_object."""
+    thing = find_object(scene, task, place)
     return None if thing is None else _with(task, scene, thing)
 
 
-def seen_whole(task: ManipulationTask, scene: Scene) -> ManipulationTask:
+def update_task_unobstructed(task: ManipulationTask, scene: Scene) -> ManipulationTask:
     """Return a task with everything as a new picture has it, in which nothing has moved but the arm out of the way.
 
     What was named may have been seen in part, or as several things; it is what stands nearest there now.
     """
-    thing = nearest(scene, task.object)
-    return (followed(task, scene) or task) if thing is None else _with(task, scene, thing)
+    thing = nearest_detection(scene, task.object)
+    return (update_task(task, scene) or task) if thing is None else _with(task, scene, thing)
 
 
 def _with(task: ManipulationTask, scene: Scene, thing: Detection) -> ManipulationTask:
-    target = nearest(scene, task.target) if task.target is not None else None
-    table = joined(task.table, scene.table)
+    target = nearest_detection(scene, task.target) if task.target is not None else None
+    table = merge_tables(task.table, scene.table)
     return replace(task, object=thing, scene=scene.detections, table=table, target=target or task.target)
 
 
-def joined(before: TableSurface | None, now: TableSurface | None) -> TableSurface | None:
+def merge_tables(before: TableSurface | None, now: TableSurface | None) -> TableSurface | None:
     """Return the table as it is seen now, with what was seen of it before: from nearer its near edge is out of sight.
 
     What was seen at another height was something else.
@@ -97,28 +97,33 @@ def joined(before: TableSurface | None, now: TableSurface | None) -> TableSurfac
     return replace(now, polygon=np.column_stack([outline, np.full(len(outline), now.height_m)]))
 
 
-def remembering(now: ManipulationTask, before: ManipulationTask) -> ManipulationTask:
+def with_remembered_objects(now: ManipulationTask, before: ManipulationTask) -> ManipulationTask:
     """Return a task as it is seen now, with what was seen before and is out of sight, or seen in part only, now.
 
     From nearer that is what stands right before the robot.
     """
     seen = [thing for thing in (*now.scene, now.object) if thing.geometry is not None]
-    return replace(now, scene=(*now.scene, *hidden_now(before, seen, now.target)))
+    return replace(now, scene=(*now.scene, *objects_out_of_sight(before, seen, now.target)))
 
 
-def hidden_now(before: ManipulationTask, seen: Sequence[Detection], target: Detection | None) -> tuple[Detection, ...]:
+def objects_out_of_sight(
+    before: ManipulationTask, seen: Sequence[Detection], target: Detection | None
+) -> tuple[Detection, ...]:
     """Return what was seen before, but for the thing to move, and is not among what is seen now as a whole.
 
     At a target's place nothing is hidden by anything but the target itself.
     """
     hidden = [d for d in before.scene if d.geometry is not None and d.id != before.object.id and not _is_among(d, seen)]
     if target is not None:
-        goal = middle_of(target)
-        hidden = [thing for thing in hidden if float(np.linalg.norm(middle_of(thing) - goal)) > _ONE]
+        goal = footprint_centre(target)
+        hidden = [thing for thing in hidden if float(np.linalg.norm(footprint_centre(thing) - goal)) > _ONE]
     return tuple(replace(thing, id=f"hidden {thing.id}") for thing in hidden)
 
 
 def _is_among(thing: Detection, seen: Sequence[Detection]) -> bool:
     """Tell whether a thing is seen where it was, and not only a part of it beside an arm."""
-    place, whole = middle_of(thing), _WHOLE * extent(thing)
-    return any(float(np.linalg.norm(middle_of(other) - place)) < _ONE and extent(other) > whole for other in seen)
+    place, whole = footprint_centre(thing), _WHOLE * visible_extent(thing)
+    return any(
+        float(np.linalg.norm(footprint_centre(other) - place)) < _ONE and visible_extent(other) > whole
+        for other in seen
+    )

@@ -48,7 +48,7 @@ class Finding:
         }
 
 
-def middle_of(detection: Detection) -> FloatArray:
+def footprint_centre(detection: Detection) -> FloatArray:
     """Return the middle (2,) of a thing's outline as seen from above."""
     if detection.geometry is None:
         return np.full(2, np.nan)
@@ -85,19 +85,19 @@ def _measured(task: ManipulationTask, plan: Plan, after: Scene) -> dict[str, obj
     seen = [d for d in after.detections if d.geometry is not None and len(d.geometry.cloud)]
     if goal is None or not seen:
         return {"relation": task.relation}
-    thing = min(seen, key=lambda d: float(np.linalg.norm(middle_of(d) - goal)))
+    thing = min(seen, key=lambda d: float(np.linalg.norm(footprint_centre(d) - goal)))
     data: dict[str, object] = {"relation": task.relation}
-    if float(np.linalg.norm(middle_of(thing) - goal)) < NEAR:
+    if float(np.linalg.norm(footprint_centre(thing) - goal)) < NEAR:
         cloud = _cloud(thing)
         data["bottom_m"] = round(float(np.quantile(cloud[:, 2], 0.02)) - plan.scene.table_z, 4)
     if task.target is None:
         return data
     others = [d for d in seen if d is not thing]
-    near = [d for d in others if np.linalg.norm(middle_of(d) - middle_of(task.target)) < _SAME]
+    near = [d for d in others if np.linalg.norm(footprint_centre(d) - footprint_centre(task.target)) < _SAME]
     if near:
-        old = middle_of(task.target)
-        target = min(near, key=lambda d: float(np.linalg.norm(middle_of(d) - old)))
-        offset = np.subtract(middle_of(thing), middle_of(target))
+        old = footprint_centre(task.target)
+        target = min(near, key=lambda d: float(np.linalg.norm(footprint_centre(d) - old)))
+        offset = np.subtract(footprint_centre(thing), footprint_centre(target))
         data["offset_m"] = [round(float(v), 4) for v in offset]
         gaps = np.asarray(cKDTree(_cloud(target)[:, :2]).query(_cloud(thing)[:, :2])[0])
         data["gap_m"] = round(float(gaps.min()), 4)
@@ -135,7 +135,7 @@ def _judged(task: ManipulationTask, plan: Plan, after: Scene, *, on_target: bool
     what = task.object_text or task.object.label or "object"
     here = [d for d in after.detections if d.geometry is not None]
     moved = _bystanders(task, here)
-    old = middle_of(task.object)
+    old = footprint_centre(task.object)
     goal = expected_place(plan)
     still_there = _is_there(task.object, here, old)
     if goal is None:
@@ -218,14 +218,14 @@ def _lies(task: ManipulationTask, plan: Plan, seen: list[Detection], goal: Float
 
 def _is_there(thing: Detection, seen: list[Detection], old: FloatArray) -> bool:
     """Tell whether something of like size is seen at a thing's old place."""
-    size = extent(thing)
+    size = visible_extent(thing)
     for other in seen:
-        if np.linalg.norm(middle_of(other) - old) < 0.02 and 0.6 < extent(other) / max(size, 1e-3) < 1.6:
+        if np.linalg.norm(footprint_centre(other) - old) < 0.02 and 0.6 < visible_extent(other) / max(size, 1e-3) < 1.6:
             return True
     return False
 
 
-def extent(detection: Detection) -> float:
+def visible_extent(detection: Detection) -> float:
     """Return the diagonal of the box around what is seen of a thing [m]."""
     if detection.geometry is None or len(detection.geometry.cloud) == 0:
         return 0.0
@@ -234,16 +234,16 @@ def extent(detection: Detection) -> float:
 
 def _bystanders(task: ManipulationTask, seen: list[Detection]) -> tuple[tuple[str, float], ...]:
     """Return the other things that moved, with how far; what is not seen again, or in part only, is left out."""
-    places = [middle_of(d) for d in seen]
+    places = [footprint_centre(d) for d in seen]
     moved = []
     for thing in task.scene:
         if thing.id == task.object.id or (task.target is not None and thing.id == task.target.id):
             continue
         if thing.geometry is None or not places:
             continue
-        away = np.linalg.norm(np.array(places) - middle_of(thing), axis=1)
+        away = np.linalg.norm(np.array(places) - footprint_centre(thing), axis=1)
         nearest = int(away.argmin())
-        whole = _WHOLE < extent(seen[nearest]) / max(extent(thing), 1e-3) < 1.0 / _WHOLE
+        whole = _WHOLE < visible_extent(seen[nearest]) / max(visible_extent(thing), 1e-3) < 1.0 / _WHOLE
         if whole and MOVED < float(away[nearest]) < _SAME:
             moved.append((thing.label or thing.id, round(float(away[nearest]), 3)))
     return tuple(moved)

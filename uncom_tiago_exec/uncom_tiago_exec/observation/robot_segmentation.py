@@ -11,7 +11,7 @@ import pinocchio as pin
 from uncom_common.transforms import invert
 from uncom_perception.types import Detection
 
-from uncom_tiago_exec.execution.object_reidentification import hidden_now
+from uncom_tiago_exec.observation.object_reidentification import objects_out_of_sight
 from uncom_tiago_exec.planning.plan import Plan
 from uncom_tiago_exec.robot.robot_model import RobotModel
 from uncom_tiago_exec.scene.obstacles import attach
@@ -22,7 +22,7 @@ _MOST = 0.5  # share of a thing's points that are the robot's
 
 
 @dataclass(frozen=True, slots=True)
-class OwnBody:
+class RobotBoxes:
     """Boxes: inverse poses (N, 4, 4) in base_footprint, and their middles and half sizes (N, 3) [m]."""
 
     inverses: FloatArray
@@ -48,7 +48,7 @@ class OwnBody:
         )
 
 
-def own_body(robot: RobotModel, positions: Mapping[str, float], held: Plan | None = None) -> OwnBody:
+def robot_boxes(robot: RobotModel, positions: Mapping[str, float], held: Plan | None = None) -> RobotBoxes:
     """Return the boxes around all links at joint positions, and around what a plan has put into the hand."""
     data, shapes = robot.model.createData(), robot.geometry.createData()
     pin.forwardKinematics(robot.model, data, robot.configuration(positions))
@@ -64,15 +64,15 @@ def own_body(robot: RobotModel, positions: Mapping[str, float], held: Plan | Non
         parts = attach(held.scene.moved_solids, held.grasp.pose).parts
         boxes += [(hand @ part.pose, np.zeros(3), 0.5 * np.array(part.size)) for part in parts]
     poses, middles, halves = zip(*boxes, strict=True)
-    return OwnBody(np.array([invert(pose) for pose in poses]), np.array(middles), np.array(halves))
+    return RobotBoxes(np.array([invert(pose) for pose in poses]), np.array(middles), np.array(halves))
 
 
-def without(task: ManipulationTask, own: Container[str]) -> ManipulationTask:
+def without_detections(task: ManipulationTask, own: Container[str]) -> ManipulationTask:
     """Return the task without the sightings of some ids among the other things: those of the robot itself."""
     return replace(task, scene=tuple(thing for thing in task.scene if thing.id not in own))
 
 
-def with_held(task: ManipulationTask, before: ManipulationTask, own: Container[str]) -> ManipulationTask:
+def task_with_held_object(task: ManipulationTask, before: ManipulationTask, own: Container[str]) -> ManipulationTask:
     """Return a task whose object is in the hand: it is the one of the task before, seen before it was taken.
 
     Whatever is named as the object now is the thing in the hand (its id is among the robot's own), or another one that
@@ -80,7 +80,7 @@ def with_held(task: ManipulationTask, before: ManipulationTask, own: Container[s
     """
     seen = [thing for thing in _distinct((*task.scene, task.object)) if thing.id not in own]
     held = replace(before.object, id="held")
-    scene = (*seen, *hidden_now(before, seen, task.target))
+    scene = (*seen, *objects_out_of_sight(before, seen, task.target))
     return replace(task, object=held, scene=scene, table=before.table or task.table)
 
 
