@@ -30,14 +30,17 @@ from uncom_language.speech.pocketsphinx.acoustic_model import (
     read_weights,
     write_adaptation,
 )
+from uncom_language.speech.pocketsphinx.options import DECODING
 from uncom_language.speech.pocketsphinx.pocketsphinx_recognizer import SYNTHETIC_VOICES
 from voice_corpus import MODEL, Aligned, aligned_speech, phone_names
 
 FloatArray = npt.NDArray[np.float64]
-SILENT = ("SIL", "+NSN+", "+SPN+")
-# The recogniser takes the cepstral mean of the first 0.8 s; of short sound that of the whole.
-MEAN_FRAMES, MEAN_OF_BEGINNING = 80, 0.7
-LEAST_VARIANCE = 1e-4
+SILENCE_PHONES = ("SIL", "+NSN+", "+SPN+")
+FRAME_S = 0.01  # of PocketSphinx
+# The recogniser takes the cepstral mean of the beginning; of short sound that of the whole.
+MEAN_FRAMES = round(DECODING.mean_s / FRAME_S)
+SHARE_WITH_MEAN_OF_BEGINNING = 0.7  # of the utterances
+MIN_VARIANCE = 1e-4
 
 
 @dataclass(frozen=True)
@@ -70,7 +73,7 @@ class Frames:
 def original_model() -> Model:
     """Return the model of people."""
     weights = np.exp(-WEIGHT_STEP * read_weights(MODEL / "sendump").values.astype(float))
-    variances = np.maximum(read_gaussians(MODEL / "variances").values.astype(float), LEAST_VARIANCE)
+    variances = np.maximum(read_gaussians(MODEL / "variances").values.astype(float), MIN_VARIANCE)
     return Model(read_gaussians(MODEL / "means").values.astype(float), variances, weights)
 
 
@@ -89,48 +92,48 @@ def frames_of(speech: Sequence[Aligned]) -> Frames:
     """Put the frames of all utterances together."""
     rng = np.random.default_rng(0)
     made = []
-    for one in speech:
-        seen = features(one.cepstra.astype(float), of_beginning=bool(rng.random() < MEAN_OF_BEGINNING))
-        made.append(seen[:, one.states >= 0].astype(np.float32))
-    known = [one.states >= 0 for one in speech]
+    for utterance in speech:
+        seen = features(utterance.cepstra.astype(float), of_beginning=bool(rng.random() < SHARE_WITH_MEAN_OF_BEGINNING))
+        made.append(seen[:, utterance.states >= 0].astype(np.float32))
+    known = [utterance.states >= 0 for utterance in speech]
     return Frames(
         np.concatenate(made, axis=1),
-        np.concatenate([one.states[keep] for one, keep in zip(speech, known, strict=True)]).astype(int),
-        np.concatenate([one.codebooks[keep] for one, keep in zip(speech, known, strict=True)]).astype(int),
+        np.concatenate([utterance.states[keep] for utterance, keep in zip(speech, known, strict=True)]).astype(int),
+        np.concatenate([utterance.codebooks[keep] for utterance, keep in zip(speech, known, strict=True)]).astype(int),
     )
 
 
-def shares(x: FloatArray, model: Model, place: tuple[int, int], states: npt.NDArray[np.int64]) -> FloatArray:
-    """Return how much each density (N, densities) of a codebook and stream made each frame."""
+def responsibilities(x: FloatArray, model: Model, place: tuple[int, int], states: npt.NDArray[np.int64]) -> FloatArray:
+    """Return the responsibilities (N, densities) of the densities of a codebook and stream for each frame."""
     means, variances = model.means[place], model.variances[place]
     distance = x**2 @ (1.0 / variances).T - 2.0 * x @ (means / variances).T + (means**2 / variances).sum(axis=1)
     log = -0.5 * (distance + np.log(variances).sum(axis=1)) + np.log(model.weights[place[1]][:, states].T + 1e-12)
-    share = np.exp(log - log.max(axis=1, keepdims=True))
-    return np.asarray(share / share.sum(axis=1, keepdims=True))
+    responsibility = np.exp(log - log.max(axis=1, keepdims=True))
+    return np.asarray(responsibility / responsibility.sum(axis=1, keepdims=True))
 
 
-def improved(model: Model, original: Model, frames: Frames, priors: Priors) -> Model:
+def em_step(model: Model, original: Model, frames: Frames, priors: Priors) -> Model:
     """Return the model after one step of expectation maximisation, drawn to the original by the priors."""
     means, variances = model.means.copy(), model.variances.copy()
     counts = np.zeros_like(model.weights)
-    silent = [phone_names().index(name) for name in SILENT]
+    silent = [phone_names().index(name) for name in SILENCE_PHONES]
     for book in np.unique(frames.codebooks):
         at = np.flatnonzero(frames.codebooks == book)
         states = frames.states[at]
         for stream in range(len(frames.features)):
             x = frames.features[stream][at].astype(float)
-            share = shares(x, model, (book, stream), states)
+            responsibility = responsibilities(x, model, (book, stream), states)
             for state in np.unique(states):
-                counts[stream][:, state] += share[states == state].sum(axis=0)
+                counts[stream][:, state] += responsibility[states == state].sum(axis=0)
             if book in silent:
                 continue
-            occupied, first, second = share.sum(axis=0)[:, None], share.T @ x, share.T @ x**2
+            occupied, first, second = responsibility.sum(axis=0)[:, None], responsibility.T @ x, responsibility.T @ x**2
             old, old_variance = original.means[book, stream], original.variances[book, stream]
             mean = (priors.means * old + first) / (priors.means + occupied)
             scatter = second - 2.0 * mean * first + occupied * mean**2 + priors.means * (mean - old) ** 2
             variance = (priors.variances * old_variance + scatter) / (priors.variances + occupied)
-            least = np.minimum(old_variance, 0.1 * old_variance.mean(axis=0) + LEAST_VARIANCE)
-            means[book, stream], variances[book, stream] = mean, np.maximum(variance, least)
+            floor = np.minimum(old_variance, 0.1 * old_variance.mean(axis=0) + MIN_VARIANCE)
+            means[book, stream], variances[book, stream] = mean, np.maximum(variance, floor)
     total = counts.sum(axis=1, keepdims=True)
     old_weights = original.weights / original.weights.sum(axis=1, keepdims=True)
     weights = (priors.weights * old_weights + counts) / (priors.weights + total)
@@ -155,7 +158,7 @@ def adapt(speech: Sequence[Aligned], priors: Priors, steps: int) -> Adaptation:
     frames, original = frames_of(speech), original_model()
     model = original
     for _ in range(steps):
-        model = improved(model, original, frames, priors)
+        model = em_step(model, original, frames, priors)
     return adaptation_of(model, original)
 
 
@@ -173,7 +176,7 @@ def main(args: list[str] | None = None) -> None:
     options = parser.parse_args(args)
     priors = Priors(options.mean_frames, options.variance_frames, options.weight_frames)
     found: Adaptation | None = None
-    speech: list[Aligned] = [one for file in options.kept for one in pickle.loads(file.read_bytes())]  # noqa: S301 - our own files
+    speech: list[Aligned] = [utterance for file in options.kept for utterance in pickle.loads(file.read_bytes())]  # noqa: S301 - our own files
     for number, count in enumerate([] if speech else options.sentences):
         with tempfile.TemporaryDirectory() as folder:
             model = MODEL if found is None else make_adapted_model(MODEL, found, Path(folder))

@@ -22,6 +22,7 @@ from rapidfuzz.distance import Levenshtein
 from uncom_language.parser import parse_transcript
 from uncom_language.parser.end_of_turn import end_of_turn_pause_s
 from uncom_language.speech.endpointing.options import EndpointerOptions
+from uncom_language.speech.options import STREAMING
 from uncom_language.speech.recognizer_factory import make_recognizer
 from uncom_language.speech.streaming_transcriber import StreamingTranscriber, TranscriberOptions
 from uncom_language.types import Transcript
@@ -42,49 +43,55 @@ VOICES = (
     "en-gb-x-rp+m1",
 )
 KINDS = ("paper_rows", "plain", "deixis", "nested", "groups", "choices")
-# What nobody pronounces alike, and what is no word.
-LEFT_OUT = ("gizmo", "flange", "doll", "stapler", ".")
+# Words without a common pronunciation, and what is no word.
+EXCLUDED_WORDS = ("gizmo", "flange", "doll", "stapler", ".")
 RATE = 16000
 CHUNK_S = 0.05
-QUICK_S, FULL_S = 0.18, 0.6
+COMPLETE_PAUSE_S, HANG_OVER_S = STREAMING.complete_pause_s, 0.6
 
 
 def sentences(count: int, seed: int) -> list[str]:
     """Draw sentences of the test corpus."""
     raw = yaml.load(CORPUS.read_text(encoding="utf-8"), Loader=yaml.BaseLoader)  # noqa: S506 - all scalars as text
-    all_of_them = [text for kind in KINDS for text in raw[kind] if not any(word in text for word in LEFT_OUT)]
-    return random.Random(seed).sample(all_of_them, min(count, len(all_of_them)))
+    candidates = [text for kind in KINDS for text in raw[kind] if not any(word in text for word in EXCLUDED_WORDS)]
+    return random.Random(seed).sample(candidates, min(count, len(candidates)))
 
 
-class Ear:
-    """Hears one utterance after another through the listener and keeps what comes out, and when."""
+class TranscriberUnderTest:
+    """Transcribes one utterance after another as a stream, and measures when commands are known."""
 
-    def __init__(self, quick_s: float) -> None:
-        """Start listening; `quick_s` [s] is the pause that ends a whole command."""
+    def __init__(self, complete_pause_s: float) -> None:
+        """Start the transcriber; `complete_pause_s` [s] is the pause that ends a whole command."""
         self.transcripts: list[Transcript] = []
         self.clock_s = 0.0
         self.cpu_s = 0.0
-        patience = (lambda words: end_of_turn_pause_s(words, quick_s, FULL_S)) if quick_s < FULL_S else None
-        options = TranscriberOptions(EndpointerOptions(hang_over_s=FULL_S), "measure", end_of_turn_pause_s=patience)
-        self.listener = StreamingTranscriber(make_recognizer, self.transcripts.append, lambda _: None, options)
-        self.listener.start()
+        end_of_turn = (
+            (lambda words: end_of_turn_pause_s(words, complete_pause_s, HANG_OVER_S))
+            if complete_pause_s < HANG_OVER_S
+            else None
+        )
+        options = TranscriberOptions(
+            EndpointerOptions(hang_over_s=HANG_OVER_S), "measure", end_of_turn_pause_s=end_of_turn
+        )
+        self.transcriber = StreamingTranscriber(make_recognizer, self.transcripts.append, lambda _: None, options)
+        self.transcriber.start()
 
-    def hear(self, samples: np.ndarray) -> tuple[list[Transcript], float]:
+    def transcribe(self, samples: np.ndarray) -> tuple[list[Transcript], float]:
         """Return what was heard, and when [s from the first sample] the first of it was known as commands."""
         before, start_s = len(self.transcripts), self.clock_s
-        known_s = 0.0
+        command_s = 0.0
         step = round(CHUNK_S * RATE)
         for position in range(0, len(samples), step):
             piece = samples[position : position + step]
             began = process_time()
-            self.listener.feed(piece, RATE, self.clock_s)
-            self.listener.wait_until_idle(60.0)
+            self.transcriber.feed(piece, RATE, self.clock_s)
+            self.transcriber.wait_until_idle(60.0)
             self.clock_s += len(piece) / RATE
-            if len(self.transcripts) > before and not known_s:
+            if len(self.transcripts) > before and not command_s:
                 parse_transcript(self.transcripts[-1])
-                known_s = self.clock_s - start_s + process_time() - began
+                command_s = self.clock_s - start_s + process_time() - began
             self.cpu_s += process_time() - began
-        return self.transcripts[before:], known_s
+        return self.transcripts[before:], command_s
 
 
 def main() -> None:
@@ -95,14 +102,14 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--voices", nargs="*", default=VOICES)
     parser.add_argument("--verbose", action="store_true")
-    parser.add_argument("--quick", type=float, default=QUICK_S)
+    parser.add_argument("--quick", type=float, default=COMPLETE_PAUSE_S)
     options = parser.parse_args()
     sys.path.insert(0, str(SIMULATED_SPEECH))
     from simulated_speech import say  # noqa: PLC0415 - lies beside the tests of hearing
 
-    ear = Ear(options.quick)
-    ear.hear(np.zeros(RATE, np.int16))  # wait for the recogniser
-    ear.cpu_s, sound_s, wrong, words, split, late, offsets = 0.0, 0.0, 0, 0, 0, [], []
+    transcriber = TranscriberUnderTest(options.quick)
+    transcriber.transcribe(np.zeros(RATE, np.int16))  # wait for the recogniser
+    transcriber.cpu_s, sound_s, wrong, words, split, late, offsets = 0.0, 0.0, 0, 0, 0, [], []
     by_voice: dict[str, float] = {}
     for number, voice in enumerate(options.voices):
         wrong_before, words_before = wrong, words
@@ -111,8 +118,8 @@ def main() -> None:
             quiet = say(sentence, voice, 140 + 5 * (index % 5), 40 + 2 * index, 0.5, 1.2)
             loud = np.abs(quiet.samples.astype(float)) > 0.02 * np.abs(quiet.samples).max()
             end_s = float(np.flatnonzero(loud)[-1]) / RATE
-            start_s = ear.clock_s
-            found, known_s = ear.hear(spoken.samples)
+            start_s = transcriber.clock_s
+            found, command_s = transcriber.transcribe(spoken.samples)
             text = " ".join(one.text for one in found)
             wrong += Levenshtein.distance(sentence.split(), text.split())
             words += len(sentence.split())
@@ -121,16 +128,16 @@ def main() -> None:
             if options.verbose and text != sentence:
                 sys.stderr.write(f"{voice}: {sentence}\n    {text}\n")
             if found:
-                late.append(known_s - end_s)
+                late.append(command_s - end_s)
             timed = [word for one in found for word in one.words]
             if text == sentence and len(timed) == len(spoken.starts):
                 offsets += [abs(w.start_s - start_s - s) for w, s in zip(timed, spoken.starts, strict=True)]
         by_voice[voice] = round((wrong - wrong_before) / (words - words_before), 3)
-    ear.listener.stop()
+    transcriber.transcriber.stop()
     result = {
         "word_error_rate": round(wrong / words, 4),
         "by_voice": by_voice,
-        "real_time_factor": round(ear.cpu_s / sound_s, 3),
+        "real_time_factor": round(transcriber.cpu_s / sound_s, 3),
         "latency_s": {
             "median": round(float(np.median(late)), 3),
             "90th": round(float(np.percentile(late, 90)), 3),
