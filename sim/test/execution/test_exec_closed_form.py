@@ -4,14 +4,14 @@
 import numpy as np
 import pytest
 from exec_fixtures import robot, start_positions
-from uncom_tiago_exec.kinematics.analytic_ik import ClosedForm
+from uncom_tiago_exec.kinematics.analytic_ik import AnalyticIk
 from uncom_tiago_exec.types import SIDES
 
 
 @pytest.mark.parametrize("side", SIDES)
 def test_every_posture_reaches_the_pose_and_the_one_it_came_from_is_there(side):
     group = robot().group(side, start_positions())
-    closed = ClosedForm(group.model, group.tool)
+    closed = AnalyticIk(group.model, group.tool)
     rng = np.random.default_rng(7)
     for _ in range(40):
         q = rng.uniform(group.lower, group.upper)
@@ -28,4 +28,4 @@ def test_an_arm_of_other_build_is_not_taken_for_a_tiago():
     model = group.model.copy()
     model.jointPlacements[7].translation = np.array([0.02, 0.0, -0.15])
     with pytest.raises(ValueError, match="do not meet"):
-        ClosedForm(model, group.tool)
+        AnalyticIk(model, group.tool)

@@ -7,7 +7,7 @@ from exec_fixtures import TABLE_Z, ball_cloud, bowl_cloud, box_cloud, cylinder_c
 from uncom_sim.bench_planning.scenes import detection
 from uncom_tiago_exec.exceptions import RefusedError
 from uncom_tiago_exec.grasping.grasps import grasp_candidates
-from uncom_tiago_exec.grasping.place_poses import destination, place_options
+from uncom_tiago_exec.grasping.place_poses import destination, place_candidates
 from uncom_tiago_exec.scene.object_shape import complete
 from uncom_tiago_exec.scene.obstacles import solids_of
 from uncom_tiago_exec.scene.scene_model import build_scene
@@ -115,7 +115,7 @@ def test_put_in_lets_go_over_the_opening_with_fingers_above_the_rim():
     scene = build_scene(task)
     goal = destination(task, scene.moved, scene.target, into=True)
     grasp = grasps_of(scene.moved, scene.neighbours)[0]
-    for place in place_options(goal, scene.moved, grasp, gripper):
+    for place in place_candidates(goal, scene.moved, grasp, gripper):
         middle = place.motion @ np.append(scene.moved.middle, 1.0)
         assert np.linalg.norm(middle[:2] - [0.6, -0.05]) < 0.01
         tip = place.hand[:3, 3] + gripper.tip * place.hand[:3, 0]
@@ -183,7 +183,7 @@ def test_what_is_longer_than_a_bowl_is_wide_goes_in_with_one_end():
     scene = build_scene(make_task([spoon, bowl], "put_in", target="bowl"))
     goal = destination(make_task([spoon, bowl], "put_in", target="bowl"), scene.moved, scene.target, into=True)
     grasp = grasps_of(scene.moved)[0]
-    option = place_options(goal, scene.moved, grasp, robot().gripper("left"))[0]
+    option = place_candidates(goal, scene.moved, grasp, robot().gripper("left"))[0]
     points = scene.moved.points @ option.motion[:3, :3].T + option.motion[:3, 3]
     rim = scene.target.rim
     low = points[points[:, 2].argmin()]

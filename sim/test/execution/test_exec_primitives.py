@@ -25,7 +25,7 @@ from uncom_tiago_exec.collision.collision_checker import CollisionChecker, Margi
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import RefusedError
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
-from uncom_tiago_exec.planning.carry_planner import lean
+from uncom_tiago_exec.planning.carry_planner import lean_angle
 from uncom_tiago_exec.planning.plan import GripStep, MoveStep
 from uncom_tiago_exec.scene.object_shape import complete
 from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
@@ -186,4 +186,4 @@ def test_nothing_is_spilled_on_the_way_to_the_target_and_back(x, y):
     ways = [s for s in plan.steps if isinstance(s, MoveStep) and s.detail in ("to over the target", "to the place")]
     assert len(ways) == 2
     for step in ways:
-        assert max(lean(arm, plan.grasp, q) for q in step.trajectory.positions) < np.radians(60.0)
+        assert max(lean_angle(arm, plan.grasp, q) for q in step.trajectory.positions) < np.radians(60.0)

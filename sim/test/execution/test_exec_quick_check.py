@@ -9,7 +9,7 @@ from exec_fixtures import robot, start_positions
 from scipy.optimize import nnls
 from uncom_tiago_exec.collision.collision_checker import CollisionChecker, Contacts, densify
 from uncom_tiago_exec.collision.options import CONVEX_CHECKER
-from uncom_tiago_exec.robot.convex_covers import corners_of, covers_of, name_of
+from uncom_tiago_exec.robot.convex_covers import convex_covers, name_of, shape_corners
 from uncom_tiago_exec.robot.options import CONVEX_COVERS
 from uncom_tiago_exec.scene.obstacles import upright
 from uncom_tiago_exec.types import SIDES, Attachment, Obstacle
@@ -39,11 +39,11 @@ def _checker(side, seed):
     checker = CollisionChecker(group, _scene(rng, 8), contacts=contacts, attachment=held)
     home = group.clamp(group.vector(start_positions()))
     if seed % 3:
-        checker.relax_at(home)
+        checker.lower_margins_at(home)
     return checker, home, rng
 
 
-def _closely(checker, q):
+def _mesh_checker(checker, q):
     """Look at the meshes and solids alone: each pair by itself, without covers, maps or a broad phase."""
     return not checker.touching(q)
 
@@ -54,7 +54,7 @@ def test_the_quick_look_never_calls_free_what_the_meshes_do_not(side, seed):
     checker, home, rng = _checker(side, seed)
     group = checker.group
     states = [*rng.uniform(group.lower, group.upper, (250, 8)), *group.clamp(home + rng.normal(0.0, 0.3, (250, 8)))]
-    said, true = [checker.is_free(q) for q in states], [_closely(checker, q) for q in states]
+    said, true = [checker.is_free(q) for q in states], [_mesh_checker(checker, q) for q in states]
     assert said == true
     assert 50 < sum(true) < 480
 
@@ -62,7 +62,7 @@ def test_the_quick_look_never_calls_free_what_the_meshes_do_not(side, seed):
 def test_nearly_all_free_states_are_told_by_the_quick_look_alone():
     checker, _, rng = _checker("left", 3)
     free = [q for q in rng.uniform(checker.group.lower, checker.group.upper, (600, 8)) if checker.is_free(q)]
-    quick = sum(checker._quick.is_free(q) for q in free)
+    quick = sum(checker._convex.is_free(q) for q in free)
     assert quick > 0.93 * len(free)
 
 
@@ -96,22 +96,22 @@ def test_far_fewer_states_of_a_free_path_are_looked_at_than_lie_on_it():
 
 def test_no_solid_moves_farther_than_the_bound_that_lets_states_be_left_out():
     checker, _, rng = _checker("left", 3)
-    quick, group = checker._quick, checker.group
-    model, data, geometry = group.model, group.model.createData(), checker._closely()._geometry
+    quick, group = checker._convex, checker.group
+    model, data, geometry = group.model, group.model.createData(), checker._mesh_checker()._geometry
     gdata = geometry.createData()
     movable = [i for i, g in enumerate(geometry.geometryObjects) if g.parentJoint > 1]
-    corners = {i: corners_of(geometry.geometryObjects[i].geometry) for i in movable}
+    corners = {i: shape_corners(geometry.geometryObjects[i].geometry) for i in movable}
 
     def places(q, base):
         pin.updateGeometryPlacements(model, data, geometry, gdata, q)
         frame = data.oMi[1].inverse() if base else pin.SE3.Identity()
         return {i: (frame * gdata.oMg[i]) for i in movable}
 
-    share = {i: quick.share_of(geometry.geometryObjects[i].parentJoint) for i in movable}
+    share = {i: quick.clearance_shares(geometry.geometryObjects[i].parentJoint) for i in movable}
     for _ in range(60):
         a = rng.uniform(group.lower, group.upper)
         b = group.clamp(a + rng.normal(0.0, 0.1, 8))
-        room = float(quick.moves(np.vstack([a, b]))[-1])
+        room = float(quick.travel_along(np.vstack([a, b]))[-1])
         for rising in (False, True):
             first, second = places(a, rising), places(b, rising)
             for i in movable:
@@ -125,9 +125,9 @@ def test_every_point_of_a_mesh_is_within_the_radius_of_one_of_its_bodies():
     for thing in robot().geometry.geometryObjects:
         if not isinstance(thing.geometry, coal.BVHModelBase):
             continue
-        vertices = corners_of(thing.geometry)
+        vertices = shape_corners(thing.geometry)
         for fine in (True, False):
-            textures = covers_of(vertices, fine=fine)
+            textures = convex_covers(vertices, fine=fine)
             assert all(len(c.corners) <= CONVEX_COVERS.max_corners for c in textures)
             points = np.vstack([vertices[::7], rng.dirichlet(np.full(len(vertices), 0.02), 25) @ vertices])
             for point in points:
@@ -142,7 +142,7 @@ def _apart(corners, point):
 def test_a_mesh_that_no_file_knows_gets_one_coarse_body():
     points = np.random.default_rng(7).normal(size=(400, 3))
     points *= 0.05 / np.linalg.norm(points, axis=1, keepdims=True)
-    textures = covers_of(points, fine=True)
+    textures = convex_covers(points, fine=True)
     assert len(textures) == 1
     assert 0.001 < textures[0].radius < 0.03
     assert name_of(points) != name_of(points + 1e-3)

@@ -31,7 +31,7 @@ from uncom_tiago_exec.observation.object_reidentification import (
 )
 from uncom_tiago_exec.observation.verification import verify
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
-from uncom_tiago_exec.planning.carry_planner import UprightConstraint, lean
+from uncom_tiago_exec.planning.carry_planner import UprightConstraint, lean_angle
 from uncom_tiago_exec.planning.plan import MoveStep
 from uncom_tiago_exec.scene.object_shape import complete
 from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
@@ -58,7 +58,7 @@ def test_a_held_thing_is_carried_upright():
         arm = ArmPlanner(robot(), plan.side, start_positions(), plan.scene, CONFIG)
         carried = [s for s in plan.steps if isinstance(s, MoveStep) and s.stage in (Stage.LIFTING, Stage.TRANSFERRING)]
         assert carried
-        leans = [lean(arm, plan.grasp, q) for s in carried for q in s.trajectory.positions]
+        leans = [lean_angle(arm, plan.grasp, q) for s in carried for q in s.trajectory.positions]
         assert max(leans) < np.radians(55.0)
         heights = [arm.group.forward(q)[2, 3] for s in carried for q in s.trajectory.positions]
         assert min(heights) > plan.scene.table_z
@@ -96,15 +96,15 @@ def test_the_limit_of_leaning_holds_for_states_and_for_ways_between_them():
     wrist = np.zeros(8)
     wrist[6] = 1.0
     states = [here + turn * wrist for turn in np.linspace(-0.8, 0.8, 9)]
-    kept = [lean(arm, grasp, q) <= np.radians(30.0) for q in states]
+    kept = [lean_angle(arm, grasp, q) <= np.radians(30.0) for q in states]
     assert any(kept)
     assert not all(kept)
     for q, is_kept in zip(states, kept, strict=True):
         assert upright.is_free(q) == (is_kept and free.is_free(q))
     ends = states[0], states[-1]
-    assert not upright.way_is_free(*ends)
+    assert not upright.segment_is_free(*ends)
     assert not upright.path_is_free(np.vstack(ends))
-    assert upright.way_is_free(here, here)
+    assert upright.segment_is_free(here, here)
 
 
 def test_an_arm_held_up_on_its_way_to_the_thing_goes_back_and_tries_another_way():

@@ -161,7 +161,7 @@ def _checker(group: ArmGroup, solids: tuple[Obstacle, ...], home: FloatArray) ->
     """Return a checker for which the arm may be at home, whatever it is said to touch there."""
     checker = CollisionChecker(group, solids)
     if not checker.is_free(home):
-        checker.relax_at(home)
+        checker.lower_margins_at(home)
     return checker
 
 

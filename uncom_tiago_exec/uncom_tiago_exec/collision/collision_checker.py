@@ -15,8 +15,8 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from uncom_tiago_exec.collision.convex_checker import QuickChecker
-from uncom_tiago_exec.collision.mesh_checker import MeshChecker, asked_of_quick
+from uncom_tiago_exec.collision.convex_checker import ConvexChecker
+from uncom_tiago_exec.collision.mesh_checker import MeshChecker, convex_checker_margins
 from uncom_tiago_exec.collision.options import (
     COLLISION_CHECKER,
     CONVEX_CHECKER,
@@ -97,8 +97,8 @@ class CollisionChecker:
         self._pairs = [(i, j) for i, j, _ in chosen]
         self._margins = [margin for _, _, margin in chosen]
         self._meshes: MeshChecker | None = None
-        asked = asked_of_quick(group, self._margins)
-        self._quick = QuickChecker(group.covers, self._added, self._pairs, asked, len(group.body_pairs))
+        asked = convex_checker_margins(group, self._margins)
+        self._convex = ConvexChecker(group.covers, self._added, self._pairs, asked, len(group.body_pairs))
 
     def constrained(self, constraint: StateConstraint) -> Self:
         """Return a checker of the same pairs, margins and solids that also asks for a constraint."""
@@ -144,7 +144,7 @@ class CollisionChecker:
             return None if wanted else self.margins.fingers
         return 0.0 if wanted else self.margins.scene
 
-    def _closely(self) -> MeshChecker:
+    def _mesh_checker(self) -> MeshChecker:
         """Return the checker of the meshes, made when it is first needed."""
         if self._meshes is None:
             self._meshes = MeshChecker(self.group, self._added, self._pairs, self._margins)
@@ -155,25 +155,25 @@ class CollisionChecker:
         if self.constraint is not None and not self.constraint.holds(q):
             return False
         self.checks += 1
-        return self._quick.is_free(q) or self._closely().is_free(q)
+        return self._convex.is_free(q) or self._mesh_checker().is_free(q)
 
     def touching(self, q: FloatArray) -> tuple[tuple[str, str], ...]:
         """Return the names of all pairs that do not keep their margin."""
-        return tuple(dict.fromkeys((self._pair_names(k)) for k in self._closely().violations(q)))
+        return tuple(dict.fromkeys((self._pair_names(k)) for k in self._mesh_checker().violations(q)))
 
-    def relax_at(self, q: FloatArray) -> tuple[tuple[str, str], ...]:
+    def lower_margins_at(self, q: FloatArray) -> tuple[tuple[str, str], ...]:
         """Lower the margins that a start configuration does not keep to what it has; return what still touches.
 
         A margin never becomes less than zero: pairs that truly touch stay forbidden and are returned.
         """
-        stuck, meshes = [], self._closely()
+        stuck, meshes = [], self._mesh_checker()
         for k in meshes.violations(q):
             distance = meshes.distance(k)
             if distance <= 1e-4:
                 stuck.append(self._pair_names(k))
             self._margins[k] = float(max(0.0, min(self._margins[k], 0.9 * distance - 1e-4)))
         meshes.lower(self._margins)
-        self._quick.lower(np.array(self._margins))
+        self._convex.lower(np.array(self._margins))
         return tuple(dict.fromkeys(stuck))
 
     def _pair_names(self, k: int) -> tuple[str, str]:
@@ -195,7 +195,7 @@ class CollisionChecker:
                 if not self.constraint.holds(q):
                     return np.asarray(q)
         points = densify(path, step)
-        moved = self._quick.moves(points).tolist()
+        moved = self._convex.travel_along(points).tolist()
         # stretches whose middle is looked at next, and which room to ask for: what was missing nearby is not asked for
         stretches = deque(
             [
@@ -211,7 +211,7 @@ class CollisionChecker:
             if low >= high:
                 continue
             middle = bisect_left(moved, 0.5 * (moved[low] + moved[high - 1]), low, high - 1)
-            level = self._room_at(points[middle], level)
+            level = self._clearance_level(points[middle], level)
             if level == len(self._clearances_m) and not self.is_free(points[middle]):
                 return np.asarray(points[middle])
             room = self._clearances_m[level] if level < len(self._clearances_m) else 0.0
@@ -219,7 +219,7 @@ class CollisionChecker:
             stretches.append((bisect_right(moved, moved[middle] + room, middle + 1, high), high, level))
         return None
 
-    def way_is_free(self, start: FloatArray, end: FloatArray, step: float = 0.005) -> bool:
+    def segment_is_free(self, start: FloatArray, end: FloatArray, step: float = 0.005) -> bool:
         """Check a straight line (8,) to (8,) as path_is_free does; several times as fast for one line."""
         if self.constraint is not None:
             states = max(2, int(np.ceil(np.abs(end - start).max() / self.constraint.step)) + 1)
@@ -227,7 +227,7 @@ class CollisionChecker:
                 return False
         way = end - start
         count = max(1, int(np.ceil(np.abs(way).max() / step)))
-        part = self._quick.way(way) / count  # that solids move at most from one state to the next [m]
+        part = self._convex.travel_between(way) / count  # that solids move at most from one state to the next [m]
         reaches = [
             *(int(room / part) if part > 0.0 else count for room in self._clearances_m),
             0,
@@ -237,7 +237,7 @@ class CollisionChecker:
             low, high, level = stretches.popleft()
             middle = (low + high) // 2
             q = start + way * (middle / count)
-            level = self._room_at(q, level)
+            level = self._clearance_level(q, level)
             if level == len(self._clearances_m) and not self.is_free(q):
                 return False
             reach = reaches[level]
@@ -247,9 +247,9 @@ class CollisionChecker:
                 stretches.append((middle + reach + 1, high, level))
         return True
 
-    def _room_at(self, q: FloatArray, level: int) -> int:
-        """Return which of ROOMS from `level` on there is at a configuration; their number if there is none."""
-        while level < len(self._clearances_m) and not self._quick.has_room(q, self._clearances_m[level]):
+    def _clearance_level(self, q: FloatArray, level: int) -> int:
+        """Return which of the clearances from `level` on there is at a configuration; their number if there is none."""
+        while level < len(self._clearances_m) and not self._convex.has_clearance(q, self._clearances_m[level]):
             level += 1
         self.checks += 1
         return level

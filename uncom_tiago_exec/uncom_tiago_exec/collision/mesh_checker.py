@@ -77,7 +77,7 @@ class MeshChecker:
         return float(coal.distance(first, places[0], second, places[1], request, result))
 
 
-def asked_of_quick(group: ArmGroup, margins: Sequence[float]) -> FloatArray:
+def convex_checker_margins(group: ArmGroup, margins: Sequence[float]) -> FloatArray:
     """Return the margins (P,) of a checker's pairs, negative where a map tells that they are always kept."""
     asked = np.array(margins)
     for k, pair in enumerate(group.body_pairs):

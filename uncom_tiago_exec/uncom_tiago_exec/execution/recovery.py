@@ -17,7 +17,7 @@ from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import InCollisionError, PlanningError, RefusedError
 from uncom_tiago_exec.execution.options import RECOVERY, RecoveryOptions
 from uncom_tiago_exec.planning.arm_planner import TABLE_ONLY, ArmPlanner
-from uncom_tiago_exec.planning.carry_planner import carried, lean
+from uncom_tiago_exec.planning.carry_planner import lean_angle, plan_upright_motion
 from uncom_tiago_exec.planning.plan import Plan
 from uncom_tiago_exec.robot.robot_model import RobotModel
 from uncom_tiago_exec.scene.obstacles import TABLE
@@ -110,7 +110,7 @@ def plan_lift_clear(
     if plan.grasp is None or (free := home.checker(near=False)).is_free(here):
         return []
     near = home.checker(near=True)
-    near.relax_at(here)
+    near.lower_margins_at(here)
     for out in home.retreats(here, near):
         if free.is_free(out[-1]):
             return [arm.timed(out, near, options.retreat_pace)]
@@ -147,7 +147,7 @@ def _with_lowered_table(
     for _ in range(options.table_steps):
         arm = ArmPlanner(robot, plan.side, positions, scene, config)
         near = _WayHome(arm, plan, left, options).checker(near=True)
-        if not any(TABLE in pair for pair in near.relax_at(arm.group.clamp(arm.start))):
+        if not any(TABLE in pair for pair in near.lower_margins_at(arm.group.clamp(arm.start))):
             return plan if scene is plan.scene else replace(plan, scene=scene)
         pose = scene.table.pose.copy()
         pose[2, 3] -= options.table_step_m
@@ -171,7 +171,7 @@ class _WayHome:
         home, grasp, lifted = arm.group.clamp(plan.home), plan.grasp, plan.lifted
         if not self._left.holding or grasp is None or lifted is None:
             return home
-        if lean(arm, grasp, home) < np.radians(options.turn_deg):
+        if lean_angle(arm, grasp, home) < np.radians(options.turn_deg):
             return home
         pads = grasp.pose[:3, 3] + arm.group.gripper.tip * grasp.approach
         lever = float(np.linalg.norm(pads - plan.scene.moved.middle))
@@ -186,14 +186,14 @@ class _WayHome:
         arm, options, goal = self.arm, self._options, self.goal
         free = self.checker(near=False)
         if not free.is_free(goal):
-            free.relax_at(goal)
+            free.lower_margins_at(goal)
         try:
             return [arm.timed(self._path(free, here, goal), free, options.pace)]
         except RefusedError as error:  # open fingers around an object are free, and yet find no path at random
             refusal = error
         near = self.checker(near=True)
         if not near.is_free(here):
-            near.relax_at(here)
+            near.lower_margins_at(here)
         for out in self.retreats(here, near):
             try:
                 onward = self._path(free, out[-1], goal)
@@ -205,7 +205,7 @@ class _WayHome:
     def _path(self, free: CollisionChecker, here: FloatArray, goal: FloatArray) -> FloatArray:
         """Return a free path (N, 8) on which a held object stays upright."""
         if self._left.holding and self._plan.grasp is not None:
-            return carried(self.arm, self._plan.grasp, here, goal)
+            return plan_upright_motion(self.arm, self._plan.grasp, here, goal)
         return self.arm.transit(free, here, [goal])
 
     def checker(self, *, near: bool) -> CollisionChecker:

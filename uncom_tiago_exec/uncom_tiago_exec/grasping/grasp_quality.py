@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How well a thing would be held, from 0 to 1, by the points between the pads.
+"""How well a thing would be held, from 0 to 1, by the points contents the pads.
 
 Points are in the frame of the hand at the place it takes: approach, closing, lateral [m].
 """
@@ -16,7 +16,7 @@ from uncom_tiago_exec.types import FloatArray
 
 
 @dataclass(frozen=True, slots=True)
-class Hand:
+class HandAxes:
     """A hand's axes: approach, closing, lateral, each (3,), and pitch below the horizontal [rad]."""
 
     approach: FloatArray
@@ -26,8 +26,8 @@ class Hand:
 
 
 @dataclass(frozen=True, slots=True)
-class Between:
-    """What is between the pads: points (N, 3), where the tips end along the approach, half the pads' width [m].
+class PadContents:
+    """What is contents the pads: points (N, 3), where the tips end along the approach, half the pads' width [m].
 
     room: by how much the fingers open wider than it is [m].
     """
@@ -38,31 +38,44 @@ class Between:
     room: float
 
 
-def quality_of(
+def grasp_quality(
     shape: ObjectShape,
-    between: Between,
-    hand: Hand,
+    contents: PadContents,
+    hand: HandAxes,
     place: FloatArray,
     family: str,
     *,
     options: GraspQualityOptions = GRASP_QUALITY,
 ) -> float:
-    """Judge a grasp of a family ("across" or "rim") at a place (3,) between the pads."""
+    """Judge a grasp of a family ("across" or "rim") at a place (3,) contents the pads."""
     passes = float(
-        np.clip((between.room - options.width_error_m) / 0.015, 0.4, 1.0)
+        np.clip((contents.room - options.width_error_m) / 0.015, 0.4, 1.0)
     )  # fingers that just pass touch its edge
-    quality = _held(shape, between, hand, place, options=options) * passes
+    quality = _contact_quality(shape, contents, hand, place, options=options) * passes
     if family == "across":
-        return quality * float(np.clip(1.0 - _tapers(between, options=options) / options.slip_taper, 0.2, 1.0))
+        return quality * float(
+            np.clip(1.0 - _taper_at_pad_ends(contents, options=options) / options.slip_taper, 0.2, 1.0)
+        )
     steep = float(np.sin(hand.pitch) ** 1.5)
-    return 0.85 * quality * steep * _seen(shape, place) * _bears(shape, place, between.tip, options=options)
+    return (
+        0.85
+        * quality
+        * steep
+        * _visibility_of_edge(shape, place)
+        * _share_of_weight_borne(shape, place, contents.tip, options=options)
+    )
 
 
-def _held(
-    shape: ObjectShape, between: Between, hand: Hand, place: FloatArray, *, options: GraspQualityOptions = GRASP_QUALITY
+def _contact_quality(
+    shape: ObjectShape,
+    contents: PadContents,
+    hand: HandAxes,
+    place: FloatArray,
+    *,
+    options: GraspQualityOptions = GRASP_QUALITY,
 ) -> float:
     """Judge contact patches, width, depth, leverage of the weight and approach."""
-    span = between.points
+    span = contents.points
     low, high = float(span[:, 1].min()), float(span[:, 1].max())
     left, right = span[span[:, 1] < low + options.contact_depth_m], span[span[:, 1] > high - options.contact_depth_m]
     # both pads should meet at one place of the fingers, else they turn the thing
@@ -72,9 +85,9 @@ def _held(
         float(np.ptp(left[:, 0])), float(np.ptp(right[:, 0]))
     )
     contact = min(1.0, 0.3 + patch / 0.03)
-    depth = min(1.0, 0.4 + max(0.0, between.tip - float(span[:, 0].min())) / 0.025)
+    depth = min(1.0, 0.4 + max(0.0, contents.tip - float(span[:, 0].min())) / 0.025)
     width = 1.0 if high - low < 0.06 else max(0.3, 1.0 - (high - low - 0.06) / 0.035)
-    # distance of the weight's middle from the line between the pads
+    # distance of the weight's middle from the line contents the pads
     middle = shape.middle
     arm = np.array([place[0] - middle[0], place[1] - middle[1]])
     across = float(np.linalg.norm(arm - (arm @ hand.closing[:2]) * hand.closing[:2]))
@@ -85,14 +98,14 @@ def _held(
     return float(facing * contact * depth * width * leverage * approach * above)
 
 
-def _tapers(between: Between, *, options: GraspQualityOptions = GRASP_QUALITY) -> float:
+def _taper_at_pad_ends(contents: PadContents, *, options: GraspQualityOptions = GRASP_QUALITY) -> float:
     """Return how much wider to a side things get per length where the pads end.
 
-    Pads that end before the widest place press a thing out from between them.
+    Pads that end before the widest place press a thing out from contents them.
     """
-    span = between.points
+    span = contents.points
     steepest, widest = 0.0, float(np.ptp(span[:, 1])) - 0.5 * VOXEL
-    sides = (span[:, 0], between.tip), (span[:, 2], between.half_width), (-span[:, 2], between.half_width)
+    sides = (span[:, 0], contents.tip), (span[:, 2], contents.half_width), (-span[:, 2], contents.half_width)
     for along, end in sides:
         last, before = (
             along > end - options.pad_end_m,
@@ -106,14 +119,14 @@ def _tapers(between: Between, *, options: GraspQualityOptions = GRASP_QUALITY) -
     return steepest
 
 
-def _seen(shape: ObjectShape, place: FloatArray) -> float:
+def _visibility_of_edge(shape: ObjectShape, place: FloatArray) -> float:
     """Return less than 1 for an edge on the far side, whose outside (a handle, perhaps) the camera does not see."""
     view = shape.middle[:2] / max(float(np.linalg.norm(shape.middle[:2])), 1e-6)
     outward = place[:2] - shape.middle[:2]
     return float(1.0 - 0.4 * max(0.0, float(outward @ view) / max(float(np.linalg.norm(outward)), 1e-6)))
 
 
-def _bears(
+def _share_of_weight_borne(
     shape: ObjectShape, place: FloatArray, depth: float, *, options: GraspQualityOptions = GRASP_QUALITY
 ) -> float:
     """Return less than 1 where the weight beside the fingers would turn the thing out of them.

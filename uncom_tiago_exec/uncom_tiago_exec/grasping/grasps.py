@@ -3,7 +3,7 @@
 
 A candidate closes horizontally (y of the grasping frame) and comes in (x of the grasping frame) from above or
 obliquely. Around solid things it is placed across the body, on hollow things over the edge of the opening. The points
-between the pads give width, contact patches and how well they face each other (antipodal: Nguyen 1988); points in the
+contents the pads give width, contact patches and how well they face each other (antipodal: Nguyen 1988); points in the
 way of fingers or palm rule it out.
 """
 
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from uncom_tiago_exec.grasping.grasp_quality import Between, Hand, quality_of
+from uncom_tiago_exec.grasping.grasp_quality import HandAxes, PadContents, grasp_quality
 from uncom_tiago_exec.grasping.options import GRASP_SAMPLER, GraspSamplerOptions
 from uncom_tiago_exec.robot.gripper_shape import GripperShape
 from uncom_tiago_exec.scene.object_shape import ObjectShape, thin
@@ -26,7 +26,7 @@ from uncom_tiago_exec.types import FloatArray
 class Grasp:
     """A way to take a thing.
 
-    pose (4, 4): grasping frame in base_footprint when the fingers close; width: of what is between the pads;
+    pose (4, 4): grasping frame in base_footprint when the fingers close; width: of what is contents the pads;
     opening: of the fingers before; retreat: how far to come from along the approach [m]; quality 0 to 1.
     """
 
@@ -57,8 +57,8 @@ def grasp_candidates(
         reach = 0.5 * float(np.linalg.norm(shape.size)) + 0.2
         near = thin(others[np.linalg.norm(others[:, :2] - shape.middle[:2], axis=1) < reach], 0.007)
     found = []
-    for hand, place, family in _proposals(shape, options=options):
-        grasp = _fit(shape, near, gripper, hand, place, family, options=options)
+    for hand, place, family in _hand_proposals(shape, options=options):
+        grasp = _fit_grasp(shape, near, gripper, hand, place, family, options=options)
         if grasp is not None:
             found.append(grasp)
     found.sort(key=lambda g: -g.quality)
@@ -70,39 +70,39 @@ def grasp_candidates(
     return kept
 
 
-def _hand(pitch_deg: float, yaw: float, lean: float = 0.0) -> Hand:
+def _hand_axes(pitch_deg: float, yaw: float, lean: float = 0.0) -> HandAxes:
     """Return a hand; leaning [rad] it comes in against its closing direction, which then points down."""
     pitch = np.radians(pitch_deg)
     approach = np.array([np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), -np.sin(pitch)])
     closing = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
     cos, sin = np.cos(lean), np.sin(lean)
     approach, closing = cos * approach - sin * closing, cos * closing + sin * approach
-    return Hand(approach, closing, np.cross(approach, closing), float(pitch))
+    return HandAxes(approach, closing, np.cross(approach, closing), float(pitch))
 
 
-def _proposals(
+def _hand_proposals(
     shape: ObjectShape, *, options: GraspSamplerOptions = GRASP_SAMPLER
-) -> Iterator[tuple[Hand, FloatArray, str]]:
-    """Yield hands and the points between their pads."""
+) -> Iterator[tuple[HandAxes, FloatArray, str]]:
+    """Yield hands and the points contents their pads."""
     yaws = list(np.radians(np.arange(-180.0, 180.0, 22.5)))
-    slope = _slope(shape, options=options)
+    slope = _wall_slope(shape, options=options)
     if shape.axis is None:
         yaws += [shape.yaw + k * np.pi / 2.0 for k in range(4)]
     for pitch in options.pitches_deg:
         for yaw in yaws:
-            hand = _hand(pitch, float(yaw))
+            hand = _hand_axes(pitch, float(yaw))
             if shape.rim is not None and shape.rim.z - shape.bottom > options.low_rim_m:
                 for sign in (-1.0, 1.0):
                     edge = shape.rim.centre + sign * (shape.rim.radius - 0.004) * hand.closing[:2]
                     place = np.array([edge[0], edge[1], shape.rim.z])
                     yield hand, place, "rim"
                     if slope > options.upright_wall_rad and pitch in options.wall_pitches_deg:
-                        yield _hand(pitch, float(yaw), sign * slope), place, "rim"
-            for place in _places(shape):
+                        yield _hand_axes(pitch, float(yaw), sign * slope), place, "rim"
+            for place in _places_on_rim_or_body(shape):
                 yield hand, place, "across"
 
 
-def _slope(shape: ObjectShape, *, options: GraspSamplerOptions = GRASP_SAMPLER) -> float:
+def _wall_slope(shape: ObjectShape, *, options: GraspSamplerOptions = GRASP_SAMPLER) -> float:
     """Return by how much the wall under the rim leans outwards [rad]: pads lie flat on it when the hand leans too."""
     rim = shape.rim
     if rim is None:
@@ -114,7 +114,7 @@ def _slope(shape: ObjectShape, *, options: GraspSamplerOptions = GRASP_SAMPLER) 
     return float(np.clip(np.arctan(np.polyfit(z[wall], radius[wall], 1)[0]), 0.0, options.max_lean_rad))
 
 
-def _places(shape: ObjectShape) -> Iterator[FloatArray]:
+def _places_on_rim_or_body(shape: ObjectShape) -> Iterator[FloatArray]:
     """Yield points inside the body at which to grip it."""
     middle = shape.middle
     levels = (0.5,) if shape.height < 0.07 else (0.35, 0.55, 0.75, 0.88)
@@ -128,11 +128,11 @@ def _places(shape: ObjectShape) -> Iterator[FloatArray]:
             yield np.array([xy[0], xy[1], shape.bottom + 0.5 * shape.height])
 
 
-def _fit(
+def _fit_grasp(
     shape: ObjectShape,
     others: FloatArray,
     gripper: GripperShape,
-    hand: Hand,
+    hand: HandAxes,
     place: FloatArray,
     family: str,
     *,
@@ -164,7 +164,7 @@ def _fit(
             break
     else:
         return None
-    quality = quality_of(shape, Between(span, tip, gripper.half_width, opening - width), hand, place, family)
+    quality = grasp_quality(shape, PadContents(span, tip, gripper.half_width, opening - width), hand, place, family)
     position = place + hand.closing * middle + hand.approach * (tip - gripper.tip)
     pose = np.eye(4)
     pose[:3, :3] = frame
@@ -189,7 +189,7 @@ def _opening(
     width, middle = edges[1] - edges[0], 0.5 * (edges[0] + edges[1])
     for room in rooms:
         opening = min(gripper.open - 0.002, width + room)
-        if not _blocked(local, near, gripper, tip, middle, opening, options=options):
+        if not _is_blocked(local, near, gripper, tip, middle, opening, options=options):
             return opening
     return None
 
@@ -197,7 +197,7 @@ def _opening(
 def _tip_depth(
     shape: ObjectShape,
     gripper: GripperShape,
-    hand: Hand,
+    hand: HandAxes,
     place: FloatArray,
     local: FloatArray,
     family: str,
@@ -208,7 +208,9 @@ def _tip_depth(
     wanted = (
         options.over_rim_m
         if family == "rim"
-        else max(0.022, min(_widest(local, gripper, options=options) + options.past_widest_m, options.past_middle_m))
+        else max(
+            0.022, min(_widest_depth(local, gripper, options=options) + options.past_widest_m, options.past_middle_m)
+        )
     )
     in_palm = (np.abs(local[:, 2]) <= gripper.body[1]) & (np.abs(local[:, 1]) <= gripper.body[0])
     if family == "across" and shape.rim is not None and in_palm.any():
@@ -229,17 +231,17 @@ def _tip_depth(
     return wanted if wanted >= least else None
 
 
-def _widest(local: FloatArray, gripper: GripperShape, *, options: GraspSamplerOptions = GRASP_SAMPLER) -> float:
+def _widest_depth(local: FloatArray, gripper: GripperShape, *, options: GraspSamplerOptions = GRASP_SAMPLER) -> float:
     """Return how far along the approach pads would have to go to hold points (N, 3) where they are widest."""
-    between = local[(np.abs(local[:, 2]) <= gripper.half_width) & (local[:, 0] <= options.past_middle_m)]
-    if not len(between):
+    contents = local[(np.abs(local[:, 2]) <= gripper.half_width) & (local[:, 0] <= options.past_middle_m)]
+    if not len(contents):
         return 0.0
-    between = between[np.argsort(between[:, 0])]
-    widths = np.maximum.accumulate(between[:, 1]) - np.minimum.accumulate(between[:, 1])
-    return float(between[int(np.searchsorted(widths, options.widest_share * widths[-1])), 0])
+    contents = contents[np.argsort(contents[:, 0])]
+    widths = np.maximum.accumulate(contents[:, 1]) - np.minimum.accumulate(contents[:, 1])
+    return float(contents[int(np.searchsorted(widths, options.widest_share * widths[-1])), 0])
 
 
-def _blocked(
+def _is_blocked(
     local: FloatArray,
     near: FloatArray,
     gripper: GripperShape,

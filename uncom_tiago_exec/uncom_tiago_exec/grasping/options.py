@@ -32,8 +32,8 @@ class GraspSamplerOptions:
     pitches_deg: tuple[float, ...] = tunable(
         (90.0, 75.0, 60.0, 48.0, 36.0), unit="deg", meaning="pitches of the hand, 90 is straight down"
     )
-    tip_clearance_m: float = tunable(0.004, unit="m", meaning="least gap between finger tips and table")
-    side_clearance_m: float = tunable(0.004, unit="m", meaning="least gap between an open finger and what it passes")
+    tip_clearance_m: float = tunable(0.004, unit="m", meaning="least gap contents finger tips and table")
+    side_clearance_m: float = tunable(0.004, unit="m", meaning="least gap contents an open finger and what it passes")
     low_rim_m: float = tunable(
         0.028, unit="m", meaning="a border lower than this leaves the fingers too little to hold the weight beside them"
     )
@@ -54,7 +54,7 @@ class GraspSamplerOptions:
         unit="m",
         meaning="how far tips go below a border, if its floor allows: pads so long bear the weight beside them",
     )
-    past_widest_m: float = tunable(0.008, unit="m", meaning="how far tips go beyond the widest place between the pads")
+    past_widest_m: float = tunable(0.008, unit="m", meaning="how far tips go beyond the widest place contents the pads")
     past_middle_m: float = tunable(0.05, unit="m", meaning="how far they go beyond its middle, at most")
     widest_share: float = tunable(0.97, meaning="share of the greatest width that counts as the widest place")
 
@@ -64,7 +64,7 @@ class PlacePoseOptions:
     """How an object is turned and let go at its place."""
 
     release_gap_m: float = tunable(
-        0.002, unit="m", meaning="gap between the object's bottom and its support when the fingers open"
+        0.002, unit="m", meaning="gap contents the object's bottom and its support when the fingers open"
     )
     turns_rad: tuple[float, ...] = tunable(
         tuple(np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120, 150, -150, 180]).tolist()),

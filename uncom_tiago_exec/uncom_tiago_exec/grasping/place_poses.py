@@ -63,7 +63,7 @@ def destination(
     if target is not None and (into or task.relation == "in"):
         return _inside(moved, target, what, options=options)
     if target is not None and (onto or task.relation == "on"):
-        return _upon(moved, target, options=options)
+        return _on_top(moved, target, options=options)
     if task.target_pose is None or task.table is None:
         raise RefusedError(f"I do not know where to put the {what}")
     xy = np.asarray(task.target_pose[:2, 3], dtype=float)
@@ -72,7 +72,7 @@ def destination(
     return Destination(xy, task.table.height_m + options.release_gap_m, frozenset({TABLE}))
 
 
-def where_it_was(moved: ObjectShape, *, options: PlacePoseOptions = PLACE_POSES) -> Destination:
+def original_place(moved: ObjectShape, *, options: PlacePoseOptions = PLACE_POSES) -> Destination:
     """Return the destination of what is to stand again where it was."""
     return Destination(moved.middle[:2], moved.bottom + options.release_gap_m, frozenset({TABLE}))
 
@@ -82,13 +82,13 @@ def _inside(
 ) -> Destination:
     rim = target.rim
     if rim is None:
-        return _upon(moved, target, options=options)
+        return _on_top(moved, target, options=options)
     if float(moved.size[1]) > 2.0 * rim.radius:
         raise RefusedError(f"the {what} is too wide for the {target.name}")
     return Destination(rim.centre, rim.floor_z + 0.006, frozenset({target.name, TABLE}), target)
 
 
-def _upon(moved: ObjectShape, target: ObjectShape, *, options: PlacePoseOptions = PLACE_POSES) -> Destination:
+def _on_top(moved: ObjectShape, target: ObjectShape, *, options: PlacePoseOptions = PLACE_POSES) -> Destination:
     """Find the surface that the thing will rest on: the floor of a flat dish, or the top."""
     touches = frozenset({target.name, TABLE})
     if target.rim is not None and target.rim.z - target.rim.floor_z < SHALLOW:
@@ -99,7 +99,7 @@ def _upon(moved: ObjectShape, target: ObjectShape, *, options: PlacePoseOptions 
     return Destination(target.middle[:2], target.top + options.release_gap_m, touches)
 
 
-def place_options(
+def place_candidates(
     goal: Destination,
     moved: ObjectShape,
     grasp: Grasp,
@@ -122,16 +122,16 @@ def place_options(
         if steep - tilt < np.radians(34.0):
             continue
         found += [
-            _place(goal, moved, grasp, gripper, float(turn), float(tilt), options=options)
+            _place_pose(goal, moved, grasp, gripper, float(turn), float(tilt), options=options)
             for turn in (options.coarse_turns_rad if coarse else options.turns_rad)
         ]
     if goal.room > 0.01:  # nearer to the robot is easier to reach
         nearer = replace(goal, xy=goal.xy * (1.0 - goal.room / float(np.linalg.norm(goal.xy))), room=0.0)
-        found += place_options(nearer, moved, grasp, gripper, coarse=coarse, options=options)
+        found += place_candidates(nearer, moved, grasp, gripper, coarse=coarse, options=options)
     return found
 
 
-def _place(
+def _place_pose(
     goal: Destination,
     moved: ObjectShape,
     grasp: Grasp,

@@ -24,7 +24,7 @@ _TURN = np.array(
 )
 
 
-class ClosedForm:
+class AnalyticIk:
     """Constants of one arm, read from its model (torso and seven joints, in this order)."""
 
     def __init__(self, model: Any, tool: int, *, options: AnalyticIkOptions = ANALYTIC_IK) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 
 from uncom_tiago_exec.collision.collision_checker import CollisionChecker
 from uncom_tiago_exec.exceptions import InCollisionError, UnreachableError
-from uncom_tiago_exec.kinematics.analytic_ik import ClosedForm
+from uncom_tiago_exec.kinematics.analytic_ik import AnalyticIk
 from uncom_tiago_exec.kinematics.numerical_ik import Descent
 from uncom_tiago_exec.kinematics.options import IK_SEARCH, IkSearchOptions
 from uncom_tiago_exec.robot.arm_group import ArmGroup
@@ -37,9 +37,9 @@ class IkSolver:
         )
         self._rng = np.random.default_rng(seed)
         self._descent = Descent(group)
-        self._closed: ClosedForm | None = None
+        self._closed: AnalyticIk | None = None
         try:
-            self._closed = ClosedForm(group.model, group.tool)
+            self._closed = AnalyticIk(group.model, group.tool)
         except ValueError as error:
             _LOG.info("inverse kinematics by descent alone: %s", error)
         # a sequence that fills the square evenly (Roberts 2018), from the middle of the ranges on

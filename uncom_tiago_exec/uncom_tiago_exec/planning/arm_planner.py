@@ -53,7 +53,7 @@ class ArmPlanner:
         self.group = self._group(robot.gripper(side).open)
         self.start = self.group.vector(positions)
         self.start_gap = sum(positions.get(name, 0.0) for name in finger_joints(side))
-        self.hint: FloatArray | None = None  # last configuration that reached a grasp
+        self.last_reaching: FloatArray | None = None  # last configuration that reached a grasp
         self.solver = IkSolver(self.group, config.seed)
         self.margins = Margins(scene=config.scene_margin, fingers=config.finger_margin)
         self.free_margins = replace(self.margins, fingers=max(config.finger_margin, self._options.free_finger_margin_m))
@@ -74,14 +74,14 @@ class ArmPlanner:
         key = (round(gap / self._options.gap_step_m + 0.499), kind)
         if key not in self._checkers:
             margins = self.free_margins if kind == "free" else self.margins
-            self._checkers[key] = self._at_home(CollisionChecker(group, obstacles, margins, contacts))
+            self._checkers[key] = self._allowing_start(CollisionChecker(group, obstacles, margins, contacts))
         return self._checkers[key]
 
-    def _at_home(self, checker: CollisionChecker) -> CollisionChecker:
+    def _allowing_start(self, checker: CollisionChecker) -> CollisionChecker:
         """Let the start pose be: tucked arms are nearer to the body than the margin."""
         home = self.group.clamp(self.start)
         if not checker.is_free(home):
-            checker.relax_at(home)
+            checker.lower_margins_at(home)
         return checker
 
     def free(self, gap: float) -> CollisionChecker:
@@ -118,7 +118,7 @@ class ArmPlanner:
         moved = tuple(Obstacle(s.name, s.shape, s.size, motion @ s.pose) for s in self.scene.moved_solids)
         obstacles = (*self.scene.obstacles(with_moved=False), *moved)
         margins = self.margins if touches else self.free_margins
-        return self._at_home(CollisionChecker(self._group(gap), obstacles, margins, Contacts(fingers=touches)))
+        return self._allowing_start(CollisionChecker(self._group(gap), obstacles, margins, Contacts(fingers=touches)))
 
     def turning_away(self, gap: float, motion: FloatArray) -> CollisionChecker:
         """Check motions with empty hand after the thing was pushed by `motion` (4, 4), in which it may have turned."""
@@ -129,7 +129,7 @@ class ArmPlanner:
         pose[2, 3] = 0.5 * (thing.bottom + thing.top)
         turned = Obstacle(thing.name, "cylinder", (width, width, thing.height), pose)
         obstacles = (*self.scene.obstacles(with_moved=False), turned)
-        return self._at_home(CollisionChecker(self._group(gap), obstacles, self.free_margins, Contacts()))
+        return self._allowing_start(CollisionChecker(self._group(gap), obstacles, self.free_margins, Contacts()))
 
     def transit(self, checker: CollisionChecker, start: FloatArray, goals: Sequence[FloatArray]) -> FloatArray:
         """Plan a free motion (N, 8); its ends may be nearer to things than fingers keep on free ways.
@@ -140,7 +140,7 @@ class ArmPlanner:
         if checker.margins is self.free_margins:
             for end in (start, *goals):
                 if not checker.is_free(end):
-                    checker.relax_at(end)
+                    checker.lower_margins_at(end)
         options = PlannerOptions(time_s=self.config.planning_time_s / 2.0)
         return JointPlanner(checker, options).plan(start, goals)
 

@@ -53,12 +53,12 @@ class UprightConstraint:
         return float(row[:3] @ self._up) >= self._least and float(row[3]) >= self._floor
 
 
-def lean(arm: ArmPlanner, grasp: Grasp, q: FloatArray) -> float:
+def lean_angle(arm: ArmPlanner, grasp: Grasp, q: FloatArray) -> float:
     """Return how far from upright a thing is at a configuration (8,) [rad]; it was upright when it was taken."""
     return float(np.arccos(np.clip(arm.group.forward(q)[2, :3] @ grasp.pose[2, :3], -1.0, 1.0)))
 
 
-def straight_over(
+def straight_transfer(
     arm: ArmPlanner,
     grasp: Grasp,
     lifted: FloatArray,
@@ -82,7 +82,7 @@ def straight_over(
         return None, lower
 
 
-def carried(
+def plan_upright_motion(
     arm: ArmPlanner,
     grasp: Grasp,
     start: FloatArray,
@@ -99,7 +99,7 @@ def carried(
         PlanningError, InCollisionError: there is no way, however it leans; strict, none on which it leans little.
     """
     checker = arm.carrying(grasp, frozenset())
-    least = max(lean(arm, grasp, start), lean(arm, grasp, goal)) + options.more_lean_rad
+    least = max(lean_angle(arm, grasp, start), lean_angle(arm, grasp, goal)) + options.more_lean_rad
     floor = min(arm.scene.table_z, *(float(arm.group.forward(q)[2, 3]) for q in (start, goal)))
     budget = PlannerOptions(time_s=min(options.search_time_s, arm.config.planning_time_s / 2.0))
 

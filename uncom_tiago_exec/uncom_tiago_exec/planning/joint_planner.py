@@ -37,7 +37,7 @@ class PlannerOptions:
     gain: float = 0.03  # share of its length by which a round must have shortened the path for another to follow
 
 
-class _Motions(ob.MotionValidator):
+class _SegmentValidator(ob.MotionValidator):
     """Tells OMPL which straight ways are free: each is looked at as closely as the whole path would be."""
 
     def __init__(self, information: Any, checker: CollisionChecker, resolution: float) -> None:
@@ -50,7 +50,7 @@ class _Motions(ob.MotionValidator):
         """Tell whether the straight way from one state to another is free."""
         start = np.array([first[i] for i in self._places]) * self._speed
         end = np.array([second[i] for i in self._places]) * self._speed
-        return self._checker.way_is_free(start, end, self._resolution)
+        return self._checker.segment_is_free(start, end, self._resolution)
 
 
 class JointPlanner:
@@ -74,13 +74,13 @@ class JointPlanner:
         group = self.checker.group
         begin = group.clamp(start)
         if not self.checker.is_free(begin):
-            pairs = self.checker.relax_at(begin)
+            pairs = self.checker.lower_margins_at(begin)
             if pairs:
                 text = ", ".join(f"{a} and {b}" for a, b in pairs[:2])
                 raise InCollisionError(f"the arm starts in collision ({text})", pairs)
         ordered = sorted(goals, key=lambda q: self.duration(np.vstack([begin, q])))
         for goal in ordered:
-            if self.checker.way_is_free(begin, goal, self.options.resolution):
+            if self.checker.segment_is_free(begin, goal, self.options.resolution):
                 return np.vstack([begin, goal])
         deadline = time.thread_time() + self.options.time_s
         for goal in ordered:
@@ -109,7 +109,7 @@ class JointPlanner:
         is_free = self.checker.is_free
         setup.setStateValidityChecker(lambda state: is_free(np.array([state[i] for i in range(count)]) * speed))
         information = setup.getSpaceInformation()
-        motions = _Motions(information, self.checker, self.options.resolution)
+        motions = _SegmentValidator(information, self.checker, self.options.resolution)
         information.setMotionValidator(motions)
         setup.setPlanner(og.RRTConnect(information))
         ends = []

@@ -41,7 +41,7 @@ class Clearance:
 
 
 @lru_cache(maxsize=1)
-def _listed(*, options: ClearanceMapOptions = CLEARANCE_MAP) -> dict[frozenset[str], tuple[tuple[float, ...], ...]]:
+def _as_lists(*, options: ClearanceMapOptions = CLEARANCE_MAP) -> dict[frozenset[str], tuple[tuple[float, ...], ...]]:
     if not FILE.is_file():
         return {}  # all pairs are looked at
     entries = json.loads(FILE.read_text(encoding="utf-8"))["pairs"]
@@ -65,7 +65,7 @@ def clearances(
     names = [g.name for g in geometry.geometryObjects]
     found = {}
     for i, j in pairs:
-        least = _listed(options=options).get(frozenset((names[i], names[j])))
+        least = _as_lists(options=options).get(frozenset((names[i], names[j])))
         if least is not None:
             found[i, j] = Clearance(
                 least, *joints_between(model, geometry, i, j, options=options), min(map(min, least))

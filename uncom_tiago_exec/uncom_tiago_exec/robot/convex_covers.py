@@ -39,13 +39,13 @@ class Cover:
     corners: FloatArray
 
 
-def covers_of(mesh: FloatArray, *, fine: bool, options: ConvexCoverOptions = CONVEX_COVERS) -> tuple[Cover, ...]:
+def convex_covers(mesh: FloatArray, *, fine: bool, options: ConvexCoverOptions = CONVEX_COVERS) -> tuple[Cover, ...]:
     """Return bodies that together hold the convex hull of a mesh's vertices (N, 3); several only if they are fine."""
     key = (name_of(mesh), fine)
     if key not in _MESHES:
-        listed = _listed().get(key[0]) if fine else None
+        listed = _as_lists().get(key[0]) if fine else None
         if listed is None:
-            listed = (fewer(hull_of(mesh), options=options),)
+            listed = (fewer(convex_hull(mesh), options=options),)
         _MESHES[key] = tuple(_cover(*body) for body in listed)
     return _MESHES[key]
 
@@ -56,7 +56,7 @@ def name_of(mesh: FloatArray) -> str:
 
 
 @lru_cache(maxsize=1)
-def _listed() -> dict[str, tuple[tuple[FloatArray, float], ...]]:
+def _as_lists() -> dict[str, tuple[tuple[FloatArray, float], ...]]:
     if not FILE.is_file():
         return {}
     meshes = json.loads(FILE.read_text(encoding="utf-8"))["meshes"]
@@ -66,7 +66,7 @@ def _listed() -> dict[str, tuple[tuple[FloatArray, float], ...]]:
     }
 
 
-def corners_of(shape: Any, *, options: ConvexCoverOptions = CONVEX_COVERS) -> FloatArray | None:
+def shape_corners(shape: Any, *, options: ConvexCoverOptions = CONVEX_COVERS) -> FloatArray | None:
     """Return points (N, 3) whose hull holds a box, cylinder or mesh, in its own frame; None for other kinds."""
     if isinstance(shape, coal.BVHModelBase):
         return np.array(shape.vertices())
@@ -82,7 +82,7 @@ def corners_of(shape: Any, *, options: ConvexCoverOptions = CONVEX_COVERS) -> Fl
     return None
 
 
-def hull_of(points: FloatArray) -> FloatArray:
+def convex_hull(points: FloatArray) -> FloatArray:
     """Return the corners of the convex hull of points (N, 3)."""
     return np.asarray(points[ConvexHull(points).vertices])
 

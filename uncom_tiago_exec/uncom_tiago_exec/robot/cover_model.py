@@ -12,7 +12,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from uncom_tiago_exec.robot.convex_covers import corners_of, covers_of
+from uncom_tiago_exec.robot.convex_covers import convex_covers, shape_corners
 from uncom_tiago_exec.robot.options import CONVEX_COVERS, ConvexCoverOptions
 from uncom_tiago_exec.types import FloatArray
 
@@ -21,20 +21,20 @@ Pairs = Sequence[tuple[int, int]]
 
 
 @dataclass(frozen=True, slots=True)
-class _Body:
+class CoverBody:
     """A solid of the quick model, the shapes it stands for, and how far what it stands for reaches beyond it [m].
 
     far: of its farthest point from the origin of its joint, and from the axis [m]; joint: on which it is.
     """
 
-    thing: Any  # a pinocchio GeometryObject
+    solid: Any  # a pinocchio GeometryObject
     members: tuple[int, ...]
     radius: float
     far: tuple[float, float]
     joint: int
 
 
-class _Asked:
+class BodyPairMargins:
     """What pairs of shapes ask of pairs of bodies.
 
     pairs: of bodies; outer (P, 2): of each, whether both rise with the torso, and the joint of the one farther out;
@@ -42,7 +42,7 @@ class _Asked:
     """
 
     def __init__(
-        self, pairs: Pairs, margins: FloatArray, of_shape: Sequence[Sequence[int]], bodies: Sequence[_Body],
+        self, pairs: Pairs, margins: FloatArray, of_shape: Sequence[Sequence[int]], bodies: Sequence[CoverBody],
         first_shapes: int, first_bodies: int,*, options: ConvexCoverOptions = CONVEX_COVERS
     ) -> None:  # fmt: skip
         """Count pairs of shapes and pairs of bodies from the given numbers on."""
@@ -73,11 +73,11 @@ class _Asked:
 
 
 @dataclass(frozen=True, slots=True)
-class _Base:
+class SharedPairs:
     """What all quick checkers of a group begin with."""
 
     geometry: Any
-    asked: _Asked
+    demands: BodyPairMargins
     reach: FloatArray
 
 
@@ -90,22 +90,24 @@ class CoverModel:
         """Place the covers where the shapes are; shapes that are no mesh, box or cylinder stay as they are."""
         self._options = options
         self.model = model
-        self.bodies: list[_Body] = []
+        self.bodies: list[CoverBody] = []
         objects = list(geometry.geometryObjects)
         hands: dict[tuple[int, str], list[int]] = {}
-        for i, thing in enumerate(objects):
+        for i, solid in enumerate(objects):
             found = _HAND.match(links[i])
-            corners = corners_of(thing.geometry)
+            corners = shape_corners(solid.geometry)
             if found and corners is not None and not links[i].endswith("finger_link"):
-                hands.setdefault((thing.parentJoint, next(filter(None, found.groups()))), []).append(i)
-            elif corners is not None and isinstance(thing.geometry, coal.BVHModelBase):
-                fine = thing.parentJoint != 1 or links[i].startswith("torso")
-                self._add_covers(thing, (i,), corners, fine=fine)
+                hands.setdefault((solid.parentJoint, next(filter(None, found.groups()))), []).append(i)
+            elif corners is not None and isinstance(solid.geometry, coal.BVHModelBase):
+                fine = solid.parentJoint != 1 or links[i].startswith("torso")
+                self._add_covers(solid, (i,), corners, fine=fine)
             else:
-                self.bodies.append(_as_it_is(thing, i))
+                self.bodies.append(body_of_shape(solid, i))
         for members in hands.values():
             first = objects[members[0]]
-            points = [_placed(first.placement.inverse() * objects[i].placement, objects[i].geometry) for i in members]
+            points = [
+                _placed_corners(first.placement.inverse() * objects[i].placement, objects[i].geometry) for i in members
+            ]
             self._add_covers(first, tuple(members), np.vstack(points), fine=False)
         self.of_shape: list[list[int]] = [[] for _ in objects]
         for k, body in enumerate(self.bodies):
@@ -116,62 +118,66 @@ class CoverModel:
         for body in self.bodies:
             before = self.far[body.joint]
             self.far[body.joint] = (max(before[0], body.far[0]), max(before[1], body.far[1]))
-        self._bases: dict[Any, _Base] = {}
+        self._bases: dict[Any, SharedPairs] = {}
 
-    def base(self, pairs: tuple[tuple[int, int], ...], margins: FloatArray) -> _Base:
+    def base(self, pairs: tuple[tuple[int, int], ...], margins: FloatArray) -> SharedPairs:
         """Return what checkers for these pairs of the body begin with; negative margins leave pairs out."""
         key = pairs, (margins < 0.0).tobytes()
         if key not in self._bases:
             geometry = pin.GeometryModel()
             for body in self.bodies:
-                geometry.addGeometryObject(body.thing)
-            asked = _Asked(pairs, margins, self.of_shape, self.bodies, 0, 0)
-            for a, b in asked.pairs:
+                geometry.addGeometryObject(body.solid)
+            demands = BodyPairMargins(pairs, margins, self.of_shape, self.bodies, 0, 0)
+            for a, b in demands.pairs:
                 geometry.addCollisionPair(pin.CollisionPair(a, b))
-            self._bases[key] = _Base(geometry, asked, _farthest(self.model, self.far, (), options=self._options))
+            self._bases[key] = SharedPairs(
+                geometry, demands, joint_travel(self.model, self.far, (), options=self._options)
+            )
         return self._bases[key]
 
-    def _add_covers(self, thing: Any, members: tuple[int, ...], corners: FloatArray, *, fine: bool) -> None:
-        for n, cover in enumerate(covers_of(corners, fine=fine)):
+    def _add_covers(self, solid: Any, members: tuple[int, ...], corners: FloatArray, *, fine: bool) -> None:
+        for n, cover in enumerate(convex_covers(corners, fine=fine)):
             body = pin.GeometryObject(
-                f"{thing.name}:{n}", thing.parentJoint, thing.parentFrame, thing.placement, cover.body
+                f"{solid.name}:{n}", solid.parentJoint, solid.parentFrame, solid.placement, cover.body
             )
             # the hash of a hand's corners forgives what placements are rounded by
             radius = cover.radius + (2.0 * self._options.slack_m if len(members) > 1 else 0.0)
             self.bodies.append(
-                _Body(body, members, radius, _far(thing.placement, cover.corners, radius), thing.parentJoint)
+                CoverBody(
+                    body, members, radius, _farthest_points(solid.placement, cover.corners, radius), solid.parentJoint
+                )
             )
 
 
-def _as_it_is(thing: Any, index: int) -> _Body:
+def body_of_shape(solid: Any, index: int) -> CoverBody:
     """Return the body that is a shape itself."""
-    corners = corners_of(thing.geometry) if thing.parentJoint > 0 else np.zeros((1, 3))
+    corners = shape_corners(solid.geometry) if solid.parentJoint > 0 else np.zeros((1, 3))
     if corners is None:
-        shape = thing.geometry
+        shape = solid.geometry
         shape.computeLocalAABB()
         low, high = np.array(shape.aabb_local.min_), np.array(shape.aabb_local.max_)
         corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
-    return _Body(thing, (index,), 0.0, _far(thing.placement, corners, 0.0), thing.parentJoint)
+    return CoverBody(solid, (index,), 0.0, _farthest_points(solid.placement, corners, 0.0), solid.parentJoint)
 
 
-def _far(placement: Any, corners: FloatArray, radius: float) -> tuple[float, float]:
+def _farthest_points(placement: Any, corners: FloatArray, radius: float) -> tuple[float, float]:
     at = corners @ placement.rotation.T + placement.translation
     squares = at * at
     beside = squares[:, 0] + squares[:, 1]
     return float(np.sqrt((beside + squares[:, 2]).max())) + radius, float(np.sqrt(beside.max())) + radius
 
 
-def _placed(placement: Any, shape: Any) -> FloatArray:
-    corners = corners_of(shape)
+def _placed_corners(placement: Any, shape: Any) -> FloatArray:
+    corners = shape_corners(shape)
     if corners is None:
         raise TypeError(type(shape).__name__)
     return np.asarray(corners @ placement.rotation.T + placement.translation)
 
 
-def _farthest(
+def joint_travel(
     model: Any,
     far: Sequence[tuple[float, float]],
-    held: Sequence[_Body],
+    held: Sequence[CoverBody],
     *,
     options: ConvexCoverOptions = CONVEX_COVERS,
 ) -> FloatArray:

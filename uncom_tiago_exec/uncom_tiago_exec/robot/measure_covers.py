@@ -15,7 +15,7 @@ from pathlib import Path
 import coal
 import numpy as np
 
-from uncom_tiago_exec.robot.convex_covers import FILE, fewer, hull_of, name_of
+from uncom_tiago_exec.robot.convex_covers import FILE, convex_hull, fewer, name_of
 from uncom_tiago_exec.robot.options import CONVEX_COVERS, ConvexCoverOptions
 from uncom_tiago_exec.robot.robot_model import RobotModel
 from uncom_tiago_exec.types import FloatArray
@@ -64,7 +64,7 @@ def cut(corners: FloatArray, axis: FloatArray, at: float) -> tuple[FloatArray, F
     share = (side[first] / (side[first] - side[second]))[:, None]
     section = corners[first] + (corners[second] - corners[first]) * share
     upper, lower = (np.vstack([corners[sign * side >= 0.0], section]) for sign in (1.0, -1.0))
-    return hull_of(upper), hull_of(lower)
+    return convex_hull(upper), convex_hull(lower)
 
 
 def main(argv: list[str], *, options: ConvexCoverOptions = CONVEX_COVERS) -> int:
@@ -80,7 +80,7 @@ def main(argv: list[str], *, options: ConvexCoverOptions = CONVEX_COVERS) -> int
             meshes[name_of(vertices)] = [
                 {"radius": round(radius + options.slack_m, 6), "corners": np.round(corners, 6).tolist()}
                 for corners, radius in bodies_of(
-                    hull_of(vertices), fine_enough(geometry.name, options=options), options=options
+                    convex_hull(vertices), fine_enough(geometry.name, options=options), options=options
                 )
             ]
     command = "python -m uncom_tiago_exec.robot.measure_covers URDF_FILE"

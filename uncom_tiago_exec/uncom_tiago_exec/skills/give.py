@@ -12,7 +12,7 @@ from uncom_tiago_exec.exceptions import PlanningError
 from uncom_tiago_exec.grasping.grasps import Grasp
 from uncom_tiago_exec.planning.alternatives import Alternatives
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
-from uncom_tiago_exec.planning.carry_planner import carried
+from uncom_tiago_exec.planning.carry_planner import plan_upright_motion
 from uncom_tiago_exec.planning.plan import Step
 from uncom_tiago_exec.skills.grasping_skill import GraspingSkill
 from uncom_tiago_exec.skills.motion_steps import move, taking_steps
@@ -60,7 +60,7 @@ def held_out(arm: ArmPlanner, grasp: Grasp, lifted: FloatArray) -> FloatArray:
         pose[:3, :3] = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]) @ grasp.pose[:3, :3]
         pose[:3, 3] = ahead, aside * sign, arm.scene.table_z + above + arm.scene.moved.height / 2.0
         goal = arm.solver.solutions(pose, [lifted, arm.start], carrying, restarts=0)[0]
-        return carried(arm, grasp, lifted, goal)
+        return plan_upright_motion(arm, grasp, lifted, goal)
 
     no_room = PlanningError("there is no room to hold that out to you")
     paths = Alternatives(((place, turn) for place in _OUT for turn in _TURNS), hold_out, error=no_room)

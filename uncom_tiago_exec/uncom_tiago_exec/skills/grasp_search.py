@@ -84,7 +84,7 @@ def _reach(arm: ArmPlanner, grasp: Grasp, goal: Destination | None, effort: int)
         InCollisionError, PlanningError: something is in the way of a straight path.
     """
     reaching = arm.reaching(grasp.opening)
-    seeds = [arm.start] if arm.hint is None else [arm.hint, arm.start]
+    seeds = [arm.start] if arm.last_reaching is None else [arm.last_reaching, arm.start]
     try:
         solutions = arm.solver.solutions(grasp.pose, seeds, reaching, count=2 + 2 * effort, restarts=effort)
     except UnreachableError as error:
@@ -95,7 +95,7 @@ def _reach(arm: ArmPlanner, grasp: Grasp, goal: Destination | None, effort: int)
         lift = arm.lift_height(arm.carrying(grasp, TABLE_ONLY), q, _lift_heights(arm, goal))
         taken = Reach(arm, grasp, approach, lift)
         found = taken if goal is None else let_go(arm, grasp, goal, taken, effort)
-        arm.hint = q
+        arm.last_reaching = q
         return found
 
     blocked = PlanningError("no straight way to the object")

@@ -9,7 +9,7 @@ import numpy as np
 
 from uncom_tiago_exec.collision.collision_checker import CollisionChecker
 from uncom_tiago_exec.planning.arm_planner import TABLE_ONLY, ArmPlanner
-from uncom_tiago_exec.planning.carry_planner import carried
+from uncom_tiago_exec.planning.carry_planner import plan_upright_motion
 from uncom_tiago_exec.planning.plan import GripStep, MoveStep, Step
 from uncom_tiago_exec.skills.reach import Reach
 from uncom_tiago_exec.trajectory.rest_to_rest import shortest_time
@@ -46,13 +46,13 @@ def placing_steps(reach: Reach, home: FloatArray, gap: float, *, strict: bool = 
     carrying = arm.carrying(grasp, frozenset())
     over = reach.over
     if over is None:
-        over = carried(arm, grasp, reach.lift[-1], reach.lower[0], strict=strict)
+        over = plan_upright_motion(arm, grasp, reach.lift[-1], reach.lower[0], strict=strict)
     touches = frozenset({arm.scene.moved.name})
     leaving = arm.leaving(reach.release_gap, reach.place.motion, touches)
     away = arm.leaving(reach.release_gap, reach.place.motion, frozenset())
     goal = arm.group.clamp(home)
     if not away.is_free(goal):
-        away.relax_at(goal)
+        away.lower_margins_at(goal)
     back = arm.transit(away, reach.retreat[-1], [goal])
     lowering = arm.carrying(grasp, reach.place.touches)
     down = move(arm, Stage.PLACING, (reach.lower, lowering, min(reach.carrying_pace, 0.6)), "straight down")

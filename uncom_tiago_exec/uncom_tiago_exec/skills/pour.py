@@ -18,11 +18,11 @@ from uncom_common.primitive import Primitive
 
 from uncom_tiago_exec.exceptions import InCollisionError, PlanningError, RefusedError, UnreachableError
 from uncom_tiago_exec.grasping.grasps import Grasp
-from uncom_tiago_exec.grasping.place_poses import Destination, where_it_was
+from uncom_tiago_exec.grasping.place_poses import Destination, original_place
 from uncom_tiago_exec.kinematics.cartesian_path import follow_poses
 from uncom_tiago_exec.planning.alternatives import BLOCKED, Alternatives
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
-from uncom_tiago_exec.planning.carry_planner import carried
+from uncom_tiago_exec.planning.carry_planner import plan_upright_motion
 from uncom_tiago_exec.planning.plan import Plan, Step
 from uncom_tiago_exec.scene.object_shape import ObjectShape
 from uncom_tiago_exec.scene.scene_model import SceneModel
@@ -53,7 +53,7 @@ class PourSkill(GraspingSkill):
         """
         if scene.target is None:
             raise RefusedError(f"I do not know what to pour the {task.object_text or scene.moved.name} into")
-        return where_it_was(scene.moved)
+        return original_place(scene.moved)
 
     def serves(self, grasp: Grasp) -> bool:
         """Tell whether a grasp is across and not from straight above: what is held so cannot be tilted far."""
@@ -137,7 +137,7 @@ def find_pour(
 
     def bring_upright(tilted: tuple[FloatArray, FloatArray]) -> Pour:
         q, tilting = tilted
-        return Pour(carried(arm, grasp, lifted, q, strict=True), tilting)
+        return Pour(plan_upright_motion(arm, grasp, lifted, q, strict=True), tilting)
 
     error, deadline_s = UnreachableError("place"), time.thread_time() + _TIME_S
     reachable = (InCollisionError, UnreachableError)
@@ -149,7 +149,7 @@ def find_pour(
         return pour
     if pours.failures and not strict:  # what can only be got to by leaning on the way
         (q, tilting), _ = pours.failures[0]
-        return Pour(carried(arm, grasp, lifted, q), tilting)
+        return Pour(plan_upright_motion(arm, grasp, lifted, q), tilting)
     _LOG.debug("no pour: %s; %s; %s", begun.error, tilted.error, pours.error)
     raise PlanningError(f"I cannot tilt the {what} over the {into}") from tilted.error
 

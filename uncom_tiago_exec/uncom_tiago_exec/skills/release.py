@@ -8,10 +8,10 @@ from dataclasses import replace
 
 from uncom_tiago_exec.exceptions import PlanningError, UnreachableError
 from uncom_tiago_exec.grasping.grasps import Grasp
-from uncom_tiago_exec.grasping.place_poses import Destination, Place, place_options
+from uncom_tiago_exec.grasping.place_poses import Destination, Place, place_candidates
 from uncom_tiago_exec.planning.alternatives import Alternatives
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
-from uncom_tiago_exec.planning.carry_planner import straight_over
+from uncom_tiago_exec.planning.carry_planner import straight_transfer
 from uncom_tiago_exec.skills.reach import Reach
 
 _PLACES = 3  # ways to let go that work, to choose the nearest of
@@ -26,10 +26,10 @@ def let_go(arm: ArmPlanner, grasp: Grasp, goal: Destination, taken: Reach, effor
     def reach(place: Place) -> Reach:
         q = arm.solver.solutions(place.hand, [taken.lift[-1], arm.start], carrying, restarts=effort)[0]
         lower = arm.lift_height(carrying, q, _LOWERS)[::-1]
-        over, lower = straight_over(arm, grasp, taken.lift[-1], carrying, lower)
+        over, lower = straight_transfer(arm, grasp, taken.lift[-1], carrying, lower)
         return replace(taken, place=place, lower=lower, over=over, release_gap=gap)
 
-    options = place_options(goal, arm.scene.moved, grasp, arm.group.gripper, coarse=effort == 0)
+    options = place_candidates(goal, arm.scene.moved, grasp, arm.group.gripper, coarse=effort == 0)
     out_of_reach = (UnreachableError,)
     reached = Alternatives(options, reach, error=UnreachableError("place"), passed_over=out_of_reach)
     while few := _next_few(reached):
