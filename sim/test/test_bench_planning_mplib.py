@@ -9,8 +9,8 @@ from xml.etree import ElementTree as ET
 
 import pinocchio as pin
 import pytest
-from uncom_sim.bench_planning import peer_mplib as bench_planning_mplib
 from uncom_sim.bench_planning import run as bench_planning
+from uncom_sim.bench_planning.options import MPLIB, PROBLEMS, MplibOptions
 from uncom_sim.bench_planning.peer_mplib import PYTHON, judged, run_mplib, srdf, write_arms
 from uncom_sim.bench_planning.problems import locked_urdf
 from uncom_sim.exceptions import WorkerError
@@ -43,7 +43,7 @@ def poses(robot, start):
 @pytest.fixture(scope="module")
 def reaches(robot, start):
     groups = {side: robot.group(side, start) for side in ("left", "right")}
-    return lambda pose, q: bench_planning._reaches(groups[pose.side], q, pose.target, bench_planning._INSET)
+    return lambda pose, q: bench_planning._reaches(groups[pose.side], q, pose.target, PROBLEMS.inset_m)
 
 
 def answered(poses, problem, **changes):
@@ -57,8 +57,8 @@ def answered(poses, problem, **changes):
     return {**whole, **changes}
 
 
-def run(poses, problem, start, states=()):
-    return run_mplib(poses, lambda *_: False, [problem], (problem, list(states)), start)
+def run(poses, problem, start, options=MPLIB):
+    return run_mplib(poses, lambda *_: False, [problem], (problem, []), start, mplib_options=options)
 
 
 def pretend_python(tmp_path, monkeypatch, script):
@@ -120,9 +120,7 @@ def test_a_failing_worker_is_a_sentence(tmp_path, monkeypatch, poses, problem, s
 
 def test_a_worker_that_hangs_is_ended(tmp_path, monkeypatch, poses, problem, start):
     pretend_python(tmp_path, monkeypatch, "import time; time.sleep(100)")
-    monkeypatch.setattr(bench_planning_mplib, "_BUDGET_S", 0.5)
-    monkeypatch.setattr(bench_planning_mplib, "_PATIENCE_S", 0.5)
-    assert "had not answered after 1 s" in run(poses, problem, start)
+    assert "had not answered after 1 s" in run(poses, problem, start, MplibOptions(budget_s=0.5, patience_s=0.5))
 
 
 def test_poses_count_where_our_own_kinematics_agrees(robot, start, poses, problem, reaches):

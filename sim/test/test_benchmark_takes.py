@@ -15,10 +15,11 @@ from uncom_sim.bench_understanding.judging.verdict import judge
 from uncom_sim.bench_understanding.reporting.checkpoint import RunCheckpoint
 from uncom_sim.bench_understanding.reporting.miss_pictures import camera_pose
 from uncom_sim.bench_understanding.ros.take_bag import write_bag
+from uncom_sim.bench_understanding.takes.options import FILMING
 from uncom_sim.bench_understanding.takes.recording import load_take, save_take
 from uncom_sim.bench_understanding.takes.scenarios import scenario
 from uncom_sim.bench_understanding.takes.take_planning import plan_take
-from uncom_sim.bench_understanding.takes.take_synthesis import RATE_HZ, generator_version, make_take
+from uncom_sim.bench_understanding.takes.take_synthesis import generator_version, make_take
 from uncom_sim.exceptions import SimError
 from uncom_sim.person.voice import speak
 
@@ -50,7 +51,7 @@ def test_a_voice_says_the_same_words_in_the_same_way_again():
 
 def test_images_come_at_the_cameras_rate_until_a_while_after_the_last_word(take):
     stamps = np.array([frame.stamp_s for frame in take.stored])
-    assert np.allclose(np.diff(stamps), 1.0 / RATE_HZ)
+    assert np.allclose(np.diff(stamps), 1.0 / FILMING.rate_hz)
     assert stamps[-1] > take.truth.words[-1].end_s + 0.8
     assert " ".join(w.text for w in take.truth.words) == PLAN.scene.say
 

@@ -7,7 +7,8 @@ from uncom_sim.camera.views import HEAD_CAMERA
 from uncom_sim.controllers.trajectory import Trajectory, Waypoint
 from uncom_sim.driver.real_time import PeriodicSchedule
 from uncom_sim.robot.description import CAMERA_FRAME
-from uncom_sim.world.microphone import SAMPLE_RATE_HZ, Microphone
+from uncom_sim.types import SAMPLE_RATE_HZ
+from uncom_sim.world.microphone import Microphone
 from uncom_sim.world.scene_file import scene_from_dict
 from uncom_sim.world.simulator import Simulator
 

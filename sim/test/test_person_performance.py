@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from uncom_sim.exceptions import VoiceError
 from uncom_sim.person.behaviour import plan_behaviour
-from uncom_sim.person.hand_model import INDEX_BASE, INDEX_TIP, build_hand
+from uncom_sim.person.hand_model import HandLandmark, build_hand
 from uncom_sim.person.hand_placement import Obstacle, robot_viewpoint
 from uncom_sim.person.phrases import find_phrases
-from uncom_sim.person.voice import RATE_HZ, VOICES, speak
-from uncom_sim.types import PersonOptions, Table
+from uncom_sim.person.voice import VOICES, speak
+from uncom_sim.types import SAMPLE_RATE_HZ, PersonOptions, Table
 
 TABLE = Table()
 LEMON, BOWL = np.array([0.58, -0.2, 0.745]), np.array([0.64, 0.16, 0.752])
@@ -27,7 +27,7 @@ def _perform(say=SAY, seed=0, targets=None, **options):
 def _ray(person, t_s):
     pose = person.hand_at(t_s)
     joints = person.hand.joints @ pose[:3, :3].T + pose[:3, 3]
-    return joints[INDEX_BASE], joints[INDEX_TIP]
+    return joints[HandLandmark.INDEX_BASE], joints[HandLandmark.INDEX_TIP]
 
 
 @pytest.mark.parametrize(
@@ -119,19 +119,19 @@ def test_the_same_seed_gives_the_same_person_and_another_gives_another():
 def test_the_sound_lasts_as_long_as_the_performance_and_holds_the_words():
     person = _perform()
     assert person.samples.dtype == np.int16
-    assert len(person.samples) == pytest.approx(person.duration_s * RATE_HZ, abs=2)
+    assert len(person.samples) == pytest.approx(person.duration_s * SAMPLE_RATE_HZ, abs=2)
     assert [word.text for word in person.words] == SAY.split()
     level = np.abs(person.samples.astype(float))
     for word in person.words:
         assert word.end_s > word.start_s
-        assert level[int(word.start_s * RATE_HZ) : int(word.end_s * RATE_HZ)].max() > 1000
-    assert level[: int((person.words[0].start_s - 0.05) * RATE_HZ)].max() < 600
-    assert level[int((person.words[-1].end_s + 0.1) * RATE_HZ) :].max() < 600
+        assert level[int(word.start_s * SAMPLE_RATE_HZ) : int(word.end_s * SAMPLE_RATE_HZ)].max() > 1000
+    assert level[: int((person.words[0].start_s - 0.05) * SAMPLE_RATE_HZ)].max() < 600
+    assert level[int((person.words[-1].end_s + 0.1) * SAMPLE_RATE_HZ) :].max() < 600
 
 
 def test_background_noise_is_as_strong_as_asked():
     quiet, loud = _perform(noise=0.0), _perform(noise=0.3)
-    before = int(0.4 * RATE_HZ)
+    before = int(0.4 * SAMPLE_RATE_HZ)
     assert quiet.samples[:before].std() < 5
     assert 100 < loud.samples[:before].std() < 3000
 

@@ -13,8 +13,9 @@ from uncom_sim.objects.catalogue import KINDS
 from uncom_sim.objects.footprint import outline
 from uncom_sim.types import Table
 from uncom_sim.world.intended_meaning import meaning_of, with_say
+from uncom_sim.world.options import SCENE_VARIATION
 from uncom_sim.world.scene_file import load_scenario, load_scene, scenario_names, scene_from_dict
-from uncom_sim.world.scene_variation import GAP_M, vary_scene
+from uncom_sim.world.scene_variation import vary_scene
 
 LEMON = {"id": "l", "kind": "lemon", "x": 0.6, "y": 0.1}
 BOWL = {"id": "b", "kind": "bowl", "colour": "red", "x": 0.62, "y": -0.2}
@@ -115,7 +116,7 @@ def test_seeds_move_things_but_keep_them_apart_and_the_meaning(name):
         assert scene == vary_scene(written, seed)
         assert [o.id for o in scene.objects] == [o.id for o in written.objects]
         outlines = [outline(o) for o in scene.objects]
-        assert min(a.distance(b) for a, b in combinations(outlines, 2)) >= GAP_M
+        assert min(a.distance(b) for a, b in combinations(outlines, 2)) >= SCENE_VARIATION.gap_m
         assert meaning_of(scene) is scene.meaning
         if isinstance(scene.point_target, tuple):
             assert scene.meaning.area == scene.point_target

@@ -4,8 +4,8 @@
 import numpy as np
 import pybullet
 import pytest
-from uncom_sim.robot.finger_friction import FRICTION_N
 from uncom_sim.robot.joint_names import FINGERS
+from uncom_sim.robot.options import FINGER_FRICTION
 from uncom_sim.robot.robot import Robot, RobotOptions
 
 
@@ -36,10 +36,10 @@ def pushed_aside(push_n: float, seconds: float = 4.0) -> list[float]:
 
 @pytest.mark.parametrize("share", [0.2, 0.8])
 def test_a_push_below_the_friction_moves_nothing_however_long_it_lasts(share):
-    aside = pushed_aside(share * FRICTION_N)
+    aside = pushed_aside(share * FINGER_FRICTION.friction_n)
     assert aside[-1] < 0.001
     assert aside[-1] == pytest.approx(np.median(aside), abs=1e-4)
 
 
 def test_a_push_above_it_moves_the_fingers_and_they_stay_where_it_left_them():
-    assert pushed_aside(2.0 * FRICTION_N, 0.5)[-1] > 0.01
+    assert pushed_aside(2.0 * FINGER_FRICTION.friction_n, 0.5)[-1] > 0.01

@@ -10,7 +10,7 @@ import mediapipe
 import numpy as np
 import pybullet
 import pytest
-from uncom_sim.person.hand_model import INDEX_BASE, INDEX_TIP
+from uncom_sim.person.hand_model import HandLandmark
 from uncom_sim.person.hand_placement import robot_viewpoint
 from uncom_sim.world.scene_file import load_scenario, scenario_names, scene_from_dict
 from uncom_sim.world.simulator import Simulator
@@ -96,7 +96,7 @@ def test_seeds_change_light_and_person_but_not_the_things(client):
     try:
         a, b = World(client, load_scenario("iii"), 1), World(other, load_scenario("iii"), 2)
         assert a.light != b.light
-        assert a.person.traits != b.person.traits
+        assert a.person.attributes != b.person.attributes
         for x, y in zip(a.object_states(), b.object_states(), strict=True):
             assert np.allclose(x.pose, y.pose)
     finally:
@@ -141,7 +141,10 @@ def test_mediapipe_finds_the_pointing_finger_from_every_side():
 
 
 def _error_deg(found, true):
-    return _angle(found[INDEX_TIP] - found[INDEX_BASE], true[INDEX_TIP] - true[INDEX_BASE])
+    return _angle(
+        found[HandLandmark.INDEX_TIP] - found[HandLandmark.INDEX_BASE],
+        true[HandLandmark.INDEX_TIP] - true[HandLandmark.INDEX_BASE],
+    )
 
 
 def _angle(a, b):

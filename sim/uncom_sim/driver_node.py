@@ -32,6 +32,7 @@ from uncom_common.conversions import (
 from uncom_interfaces.msg import SimState
 from uncom_sim.camera.views import HEAD_CAMERA
 from uncom_sim.driver.driver_config import DriverConfig
+from uncom_sim.driver.options import AUDIO
 from uncom_sim.driver.real_time import PeriodicSchedule, RealTimePacer
 from uncom_sim.driver.ros.conversions import (
     audio_info_to_msg,
@@ -46,7 +47,6 @@ from uncom_sim.robot.description import CAMERA_FRAME, tiago_urdf
 from uncom_sim.world.simulator import Simulator
 
 _CAMERA = "/head_front_camera"
-_AUDIO_CHUNK_S = 0.05
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -107,7 +107,7 @@ class DriverNode(ConfiguredNode[DriverConfig]):
             (config.clock_rate_hz, self._publish_clock),
             (config.joint_state_rate_hz, self._publish_joints),
             (20.0, self._publish_controllers),
-            (1.0 / _AUDIO_CHUNK_S, self._publish_audio),
+            (1.0 / AUDIO.chunk_s, self._publish_audio),
             (10.0, self._publish_state),
             (config.overview_rate_hz, self._publish_overview),
         ]
@@ -191,7 +191,7 @@ class DriverNode(ConfiguredNode[DriverConfig]):
             server.report()
 
     def _publish_audio(self) -> None:
-        while (chunk := self._simulator.microphone.listen(self._simulator.time_s, _AUDIO_CHUNK_S)) is not None:
+        while (chunk := self._simulator.microphone.listen(self._simulator.time_s, AUDIO.chunk_s)) is not None:
             stamp, samples = chunk
             self._audio_out.publish(audio_to_msg(samples, stamp))
 

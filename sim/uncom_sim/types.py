@@ -13,6 +13,16 @@ Point2 = tuple[float, float]
 
 SIDES = ("far", "left", "right")
 HANDS = ("left", "right")
+# Unit vectors of the relations of side in base_footprint (REP 103), as the robot sees them.
+DIRECTIONS: dict[str, Point2] = {
+    "left_of": (0.0, 1.0),
+    "right_of": (0.0, -1.0),
+    "in_front_of": (-1.0, 0.0),
+    "behind": (1.0, 0.0),
+}
+# Lengths [m], speeds and differences below this are none: rounding, not measurement.
+NEGLIGIBLE = 1e-6
+SAMPLE_RATE_HZ = 16000  # of voice, microphone and takes
 RELATIONS = ("in", "on", "left_of", "right_of", "in_front_of", "behind", "next_to", "area", "none")
 
 

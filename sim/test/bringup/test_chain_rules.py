@@ -14,7 +14,8 @@ from uncom_common.primitive import Primitive
 from uncom_language.types import Act, Command, Reference, Relation, Span
 from uncom_perception.types import Box, Detection, Hand, HandsFrame, Scene, TableSurface
 from uncom_reasoner.types import Evidence, Status, TargetKind, View
-from uncom_sim.bench_understanding.judging.paper_rules import RETRY_S, Line, decide_as_published, finger
+from uncom_sim.bench_understanding.judging.options import PAPER_RULES
+from uncom_sim.bench_understanding.judging.paper_rules import Line, decide_as_published, finger
 
 CAMERA = PinholeCamera(640, 480, 500.0, 500.0, 320.0, 240.0)
 OVERHEAD = np.diag([1.0, -1.0, -1.0, 1.0])
@@ -102,7 +103,7 @@ def test_the_hand_whose_fingertip_has_the_smallest_z_points():
 
 def test_frames_without_a_hand_are_tried_again_a_little_earlier_and_later():
     nobody = HandsFrame(2.0, "camera", 640, 480, ())
-    assert finger([nobody, hand_at((0, 0), (10, 0), stamp_s=2.0 + RETRY_S)], 2.0) is not None
+    assert finger([nobody, hand_at((0, 0), (10, 0), stamp_s=2.0 + PAPER_RULES.retry_s)], 2.0) is not None
     assert finger([nobody, hand_at((0, 0), (10, 0), stamp_s=2.2)], 2.0) is None
 
 

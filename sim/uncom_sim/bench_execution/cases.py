@@ -16,11 +16,12 @@ import numpy as np
 import shapely
 from uncom_common.primitive import Primitive
 
+from uncom_sim.bench_execution.options import CASES, CaseOptions
 from uncom_sim.exceptions import SceneError
 from uncom_sim.objects.catalogue import KINDS, model, natural_colour
 from uncom_sim.objects.footprint import outline
-from uncom_sim.scoring.end_state import DIRECTIONS, judge
-from uncom_sim.types import Meaning, ObjectState, Point2, Scene, SceneObject
+from uncom_sim.scoring.end_state import judge
+from uncom_sim.types import DIRECTIONS, Meaning, ObjectState, Point2, Scene, SceneObject
 from uncom_sim.world.placement_check import check_placement
 from uncom_sim.world.scene_variation import all_visible
 
@@ -36,7 +37,6 @@ _POURED: dict[str, tuple[str, ...]] = {
     "mug": ("bottle", "can"),
 }
 _ACTS = ("push", "give", "pour", "point")
-_RARER = 1.5  # than what is picked and placed
 _PRIMITIVES = {"in": Primitive.PUT_IN, "on": Primitive.PUT_ON}
 _SMALL = ("banana", "apple", "lemon", "orange", "pear", "spoon")
 _INTO: dict[str, tuple[str, ...]] = {
@@ -48,10 +48,6 @@ _ONTO: dict[str, tuple[str, ...]] = {
     "plate": (*_SMALL, "mug", "cup", "can", "bottle"),
 }
 _STACKED: dict[str, tuple[str, ...]] = {"plate": ("bowl", "mug", "cup"), "box": ("box", "can", "cup", "mug", "bottle")}
-_X = (0.50, 0.70)
-_Y = 0.36
-_GAP_M = 0.05
-_ATTEMPTS = 600
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +67,7 @@ class Case:
         return self.scene.object(self.meaning.object).kind
 
 
-def make_case(number: int, seed: int = 0) -> Case:
+def make_case(number: int, seed: int = 0, *, options: CaseOptions = CASES) -> Case:
     """Return case `number` of a seed: kinds and relations take turns, everything else is drawn.
 
     Raises:
@@ -80,16 +76,16 @@ def make_case(number: int, seed: int = 0) -> Case:
     rng = np.random.default_rng([seed, number, 11])
     kind = KINDS[number % len(KINDS)]
     side = 1.0 if (number + number // len(KINDS)) % 2 else -1.0
-    for relation in asked_relations(number):
+    for relation in asked_relations(number, options=options):
         for clutter in range(number * 7 % 5, -1, -1):  # fewer where so many find no room
-            for _ in range(_ATTEMPTS):
-                case = _draw(number, kind, relation, side, clutter, rng)
+            for _ in range(options.attempts):
+                case = _draw(number, kind, relation, side, clutter, rng, options=options)
                 if case is not None:
                     return case
     raise SceneError(f"found no arrangement for a {kind} in case {number} of seed {seed}")
 
 
-def asked_relations(number: int) -> list[str]:
+def asked_relations(number: int, *, options: CaseOptions = CASES) -> list[str]:
     """Return what can be asked for the kind of a case: first what it was not asked for yet, and others the least."""
     uses: Counter[str] = Counter()
     asked: set[tuple[str, str]] = set()
@@ -98,7 +94,7 @@ def asked_relations(number: int) -> list[str]:
         kind = KINDS[n % len(KINDS)]
 
         def worth(relation: str, kind: str = kind, n: int = n) -> tuple[bool, float, int]:
-            share = uses[relation] * (_RARER if relation in _ACTS else 1.0)
+            share = uses[relation] * (options.rare_act_weight if relation in _ACTS else 1.0)
             return (kind, relation) in asked, share, (RELATIONS.index(relation) - n) % len(RELATIONS)
 
         ordered = sorted((r for r in RELATIONS if _targets(kind, r) != ()), key=worth)
@@ -123,7 +119,16 @@ def _targets(kind: str, relation: str) -> tuple[str, ...] | None:
     return tuple(k for k in ("mug", "bowl", "box", "apple", "can", "plate") if k != kind)
 
 
-def _draw(number: int, kind: str, relation: str, side: float, others: int, rng: np.random.Generator) -> Case | None:
+def _draw(
+    number: int,
+    kind: str,
+    relation: str,
+    side: float,
+    others: int,
+    rng: np.random.Generator,
+    *,
+    options: CaseOptions = CASES,
+) -> Case | None:
     targets = _targets(kind, relation)
     chosen = [str(rng.choice(targets))] if targets else []
     if relation == "between":
@@ -132,14 +137,14 @@ def _draw(number: int, kind: str, relation: str, side: float, others: int, rng: 
     things = []
     for i, name in enumerate((kind, *chosen, *clutter)):
         near = i <= len(chosen)
-        x = float(rng.uniform(*_X)) if near else float(rng.uniform(0.5, 0.85))
-        y = float(side * rng.uniform(-0.08, _Y)) if near else float(rng.uniform(-0.42, 0.42))
+        x = float(rng.uniform(*options.near_x_m)) if near else float(rng.uniform(0.5, 0.85))
+        y = float(side * rng.uniform(-0.08, options.near_y_m)) if near else float(rng.uniform(-0.42, 0.42))
         things.append(SceneObject(f"o{i}", name, natural_colour(name), x, y, float(rng.uniform(-np.pi, np.pi))))
     scene = Scene(tuple(things), "do it")
-    place = _place(scene, relation, len(chosen), side, rng)
-    if place is False or not _stands(scene):
+    place = _place(scene, relation, len(chosen), side, rng, options=options)
+    if place is False or not _stands(scene, options=options):
         return None
-    if isinstance(place, tuple) and not _is_free(place, scene, relation):
+    if isinstance(place, tuple) and not _is_free(place, scene, relation, options=options):
         return None
     meaning = _meaning(scene, relation, place if isinstance(place, tuple) else None)
     if relation in DIRECTIONS or relation == "next_to":
@@ -182,38 +187,43 @@ def standing(scene: Scene) -> tuple[ObjectState, ...]:
     return tuple(states)
 
 
-def _place(scene: Scene, relation: str, targets: int, side: float, rng: np.random.Generator) -> Point2 | bool:
+def _place(
+    scene: Scene, relation: str, targets: int, side: float, rng: np.random.Generator, *, options: CaseOptions = CASES
+) -> Point2 | bool:
     """Return where on the table the thing is to go, True if on or in the target, False if there is no such place."""
     if relation in ("pick", "in", "on", "stack", "give", "pour", "point"):
         return True
     if relation in ("area", "push"):
-        x, y = float(rng.uniform(*_X)), float(side * rng.uniform(-0.05, _Y))
+        x, y = float(rng.uniform(*options.near_x_m)), float(side * rng.uniform(-0.05, options.near_y_m))
     elif relation == "between":
         a, b = scene.object("o1"), scene.object("o2")
         x, y = 0.5 * (a.x + b.x), 0.5 * (a.y + b.y)
-        if np.hypot(a.x - b.x, a.y - b.y) > 0.5:
+        if np.hypot(a.x - b.x, a.y - b.y) > options.between_m:
             return False
     else:
         angle = float(rng.uniform(-np.pi, np.pi))
         dx, dy = DIRECTIONS.get(relation, (float(np.cos(angle)), float(np.sin(angle))))
         anchor = scene.object("o1")
-        away = _apart(scene.object("o0"), anchor, (dx, dy))
+        away = _apart(scene.object("o0"), anchor, (dx, dy), options=options)
         x, y = anchor.x + away * dx, anchor.y + away * dy
-    inside = _X[0] - 0.02 <= x <= _X[1] + 0.03 and -0.1 <= side * y <= _Y + 0.04
+    inside = (
+        options.near_x_m[0] - 0.02 <= x <= options.near_x_m[1] + 0.03
+        and -options.across_m <= side * y <= options.near_y_m + 0.04
+    )
     return (x, y) if inside and targets >= 0 else False
 
 
-def _apart(thing: SceneObject, anchor: SceneObject, direction: Point2) -> float:
+def _apart(thing: SceneObject, anchor: SceneObject, direction: Point2, *, options: CaseOptions = CASES) -> float:
     """Return how far from the anchor, in a direction, a thing stands with a hand's breadth between them [m]."""
     still = outline(anchor)
     for away in np.arange(0.06, 0.5, 0.01):
         x, y = anchor.x + away * direction[0], anchor.y + away * direction[1]
-        if outline(replace(thing, x=x, y=y)).distance(still) > 0.06:
+        if outline(replace(thing, x=x, y=y)).distance(still) > options.beside_gap_m:
             return float(away)
     return 0.5
 
 
-def _stands(scene: Scene) -> bool:
+def _stands(scene: Scene, *, options: CaseOptions = CASES) -> bool:
     """Whether everything stands, apart, on the table, and is seen."""
     try:
         check_placement(scene.objects, scene.table)
@@ -224,12 +234,12 @@ def _stands(scene: Scene) -> bool:
     top = shapely.box(table.x_min, table.y_min, table.x_max, table.y_max).buffer(-0.01)
     if not all(top.contains(shape) for shape in outlines):
         return False
-    if any(a.distance(b) < _GAP_M for a, b in combinations(outlines, 2)):
+    if any(a.distance(b) < options.gap_m for a, b in combinations(outlines, 2)):
         return False
     return all_visible(scene)
 
 
-def _is_free(place: Point2, scene: Scene, relation: str) -> bool:
+def _is_free(place: Point2, scene: Scene, relation: str, *, options: CaseOptions = CASES) -> bool:
     """Whether the thing, turned as it is now, has room at a place away from where it is now."""
     thing = scene.object("o0")
     x, y = place
@@ -243,17 +253,20 @@ def _is_free(place: Point2, scene: Scene, relation: str) -> bool:
     table = scene.table
     if not shapely.box(table.x_min, table.y_min, table.x_max, table.y_max).contains(room):
         return False
-    if (thing.kind == "plate" or relation == "push") and not _can_be_pushed(thing, place, others):
+    if (thing.kind == "plate" or relation == "push") and not _can_be_pushed(thing, place, others, options=options):
         return False
-    return bool(np.hypot(place[0] - thing.x, place[1] - thing.y) > 0.12)
+    return bool(np.hypot(place[0] - thing.x, place[1] - thing.y) > options.least_move_m)
 
 
-def _can_be_pushed(thing: SceneObject, place: Point2, others: list[shapely.Polygon]) -> bool:
+def _can_be_pushed(
+    thing: SceneObject, place: Point2, others: list[shapely.Polygon], *, options: CaseOptions = CASES
+) -> bool:
     """Whether the way there, and that of the hand behind the thing, is free."""
     here, there = np.array([thing.x, thing.y]), np.array(place)
     length = float(np.linalg.norm(there - here))
     ahead = (there - here) / max(length, 1e-6)
     hand = here - 0.18 * ahead
     way = shapely.LineString([here, there]).buffer(0.14).union(shapely.Point(*hand).buffer(0.08))
-    reachable = 0.40 <= hand[0] <= 0.75 and abs(hand[1]) < 0.42
-    return reachable and length < 0.4 and not any(way.intersects(shape) for shape in others)
+    low, high = options.push_x_m
+    reachable = low <= hand[0] <= high and abs(hand[1]) < options.push_y_m
+    return reachable and length < options.longest_push_m and not any(way.intersects(shape) for shape in others)

@@ -17,21 +17,15 @@ import shapely
 from uncom_common.primitive import Primitive
 
 from uncom_sim.bench_execution.cases import Case
+from uncom_sim.bench_execution.options import COMMANDS, CommandOptions
 from uncom_sim.exceptions import SceneError
 from uncom_sim.objects.catalogue import natural_colour
 from uncom_sim.objects.footprint import outline
 from uncom_sim.person.hand_placement import robot_viewpoint
-from uncom_sim.types import Meaning, ObjectState, Point2, Scene, SceneObject
+from uncom_sim.types import DIRECTIONS, Meaning, ObjectState, Point2, Scene, SceneObject
 from uncom_sim.world.scene_variation import is_visible
 
-# What stands so much nearer, farther or to either side of where things are put can be asked for too [m].
-_AROUND_M = (0.05, 0.10, 0.07)
-_CLEAR_M = (0.06, 0.05, 0.04, 0.03)  # between outlines, tried one after the other
-_AWAY_M = 0.13  # least way that is worth a command
-_TRIES = 300
-_FALLEN_M = 0.05
-_WANTED, _SHARES = ("area", "beside", "pick"), (0.7, 0.2, 0.1)
-_BESIDE = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
+_WANTED = ("area", "beside", "pick")
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +59,7 @@ class _FreeSpace:
         return _in_sight(replace(self.scene, objects=self.things))
 
 
-def random_scene(kinds: Iterable[str], rng: np.random.Generator) -> Scene:
+def random_scene(kinds: Iterable[str], rng: np.random.Generator, *, options: CommandOptions = COMMANDS) -> Scene:
     """Return a scene with a thing of each kind, apart and in sight.
 
     Raises:
@@ -74,7 +68,9 @@ def random_scene(kinds: Iterable[str], rng: np.random.Generator) -> Scene:
     things: tuple[SceneObject, ...] = ()
     for i, kind in enumerate(kinds):
         thing = SceneObject(f"o{i}", kind, natural_colour(kind), 0.0, 0.0, float(rng.uniform(-np.pi, np.pi)))
-        place = _free_place(thing, _FreeSpace(Scene(things, "do it"), things, _CLEAR_M[0], WorkArea()), rng)
+        place = _free_place(
+            thing, _FreeSpace(Scene(things, "do it"), things, options.clearances_m[0], WorkArea()), rng, options=options
+        )
         if place is None:
             raise SceneError(f"found no room on the table for {thing.kind}")
         things = (*things, replace(thing, x=place[0], y=place[1]))
@@ -88,6 +84,8 @@ def next_command(
     rng: np.random.Generator,
     held: str = "",
     area: WorkArea | None = None,
+    *,
+    options: CommandOptions = COMMANDS,
 ) -> Case:
     """Return a command; held is the id of what is in the robot's hand, if anything is; area is where things are put.
 
@@ -95,20 +93,26 @@ def next_command(
         SceneError: nothing is left within reach, or there is no free place for any of it.
     """
     area = area or WorkArea()
-    now = tuple(_standing(state, scene) for state in states if state.position[2] > scene.table.height - _FALLEN_M)
-    asked = [thing for thing in now if thing.id == held] if held else [thing for thing in now if _is_near(thing, area)]
+    now = tuple(
+        _standing(state, scene) for state in states if state.position[2] > scene.table.height - options.fallen_m
+    )
+    asked = (
+        [thing for thing in now if thing.id == held]
+        if held
+        else [thing for thing in now if _is_near(thing, area, options=options)]
+    )
     order = [asked[i] for i in rng.permutation(len(asked))]
-    wanted = "area" if held else str(rng.choice(_WANTED, p=_SHARES))
+    wanted = "area" if held else str(rng.choice(_WANTED, p=options.shares))
     if wanted == "pick" and order:
         return Case(number, replace(scene, objects=now), Meaning(order[0].id, "none"), "pick", Primitive.PICK, None)
-    for clear in _CLEAR_M:
+    for clear in options.clearances_m:
         for thing in order:
             others = tuple(other for other in now if other.id != thing.id)
             space = _FreeSpace(replace(scene, objects=now), others, clear, area)
-            case = _beside(number, thing, space, rng) if wanted == "beside" else None
+            case = _beside(number, thing, space, rng, options=options) if wanted == "beside" else None
             if case is not None:
                 return case
-            place = _free_place(thing, space, rng)
+            place = _free_place(thing, space, rng, options=options)
             if place is not None:
                 return Case(number, space.scene, Meaning(thing.id, "area", None, place), "area", Primitive.PLACE, place)
     raise SceneError("found no thing within reach with a free place to go to")
@@ -121,36 +125,40 @@ def _standing(state: ObjectState, scene: Scene) -> SceneObject:
     return SceneObject(state.id, state.kind, colour, float(state.position[0]), float(state.position[1]), yaw)
 
 
-def _is_near(thing: SceneObject, area: WorkArea) -> bool:
-    nearer, farther, aside = _AROUND_M
+def _is_near(thing: SceneObject, area: WorkArea, *, options: CommandOptions = COMMANDS) -> bool:
+    nearer, farther, aside = options.around_m
     return area.x[0] - nearer <= thing.x <= area.x[1] + farther and abs(thing.y) <= area.y + aside
 
 
-def _beside(number: int, thing: SceneObject, space: _FreeSpace, rng: np.random.Generator) -> Case | None:
+def _beside(
+    number: int, thing: SceneObject, space: _FreeSpace, rng: np.random.Generator, *, options: CommandOptions = COMMANDS
+) -> Case | None:
     """Return a command to put a thing beside one of the others, or None where there is no room."""
     for other in (space.things[i] for i in rng.permutation(len(space.things))):
-        for relation in (str(r) for r in rng.permutation(list(_BESIDE))):
-            dx, dy = _BESIDE[relation]
+        for relation in (str(r) for r in rng.permutation(list(DIRECTIONS))):
+            dx, dy = DIRECTIONS[relation]
             for away in np.arange(0.08, 0.28, 0.01):
                 place = other.x + float(away) * dx, other.y + float(away) * dy
-                if _is_free(thing, place, space):
+                if _is_free(thing, place, space, options=options):
                     meaning = Meaning(thing.id, relation, other.id)
                     return Case(number, space.scene, meaning, relation, Primitive.PLACE, place)
     return None
 
 
-def _free_place(thing: SceneObject, space: _FreeSpace, rng: np.random.Generator) -> Point2 | None:
-    for _ in range(_TRIES):
+def _free_place(
+    thing: SceneObject, space: _FreeSpace, rng: np.random.Generator, *, options: CommandOptions = COMMANDS
+) -> Point2 | None:
+    for _ in range(options.tries):
         place = space.area.draw(rng)
-        if _is_free(thing, place, space):
+        if _is_free(thing, place, space, options=options):
             return place
     return None
 
 
-def _is_free(thing: SceneObject, place: Point2, space: _FreeSpace) -> bool:
+def _is_free(thing: SceneObject, place: Point2, space: _FreeSpace, *, options: CommandOptions = COMMANDS) -> bool:
     """Whether a thing can stand at a place, with room around it, where it is seen and hides nothing."""
     x, y = place
-    if not space.area.has(x, y) or np.hypot(x - thing.x, y - thing.y) < _AWAY_M:
+    if not space.area.has(x, y) or np.hypot(x - thing.x, y - thing.y) < options.least_move_m:
         return False
     moved = replace(thing, x=x, y=y)
     shape, table = outline(moved), space.scene.table

@@ -23,7 +23,8 @@ from uncom_tiago_exec.scene.base_frame import task_in_odom
 from uncom_tiago_exec.types import Stage
 
 from uncom_sim.bench_execution.command_generation import next_command, random_scene
-from uncom_sim.bench_execution.run import MOVED_M, home_error, task_of
+from uncom_sim.bench_execution.options import RUNS, SEQUENCES, RunOptions, SequenceOptions
+from uncom_sim.bench_execution.run import home_error, task_of
 from uncom_sim.bench_execution.stepped_robot import SteppedRobot
 from uncom_sim.exceptions import SceneError
 from uncom_sim.robot.description import tiago_urdf
@@ -31,9 +32,6 @@ from uncom_sim.scoring.end_state import judge
 from uncom_sim.world.simulator import Simulator
 
 _KINDS = ("can", "box", "cup", "bottle", "apple")
-_WARM = 20  # commands before memory is looked at
-_SETTLE_STEPS = 120
-_MB = 1e6
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +52,14 @@ class CommandResult:
     asked: str = ""
 
 
-def run_consecutive_commands(count: int, seed: int = 0, say: Callable[[str], None] = lambda _: None) -> dict[str, Any]:
+def run_consecutive_commands(
+    count: int,
+    seed: int = 0,
+    say: Callable[[str], None] = lambda _: None,
+    *,
+    run_options: RunOptions = RUNS,
+    sequence_options: SequenceOptions = SEQUENCES,
+) -> dict[str, Any]:
     """Give commands one after the other and return the JSON object; say is told of each.
 
     "ended" says why there are fewer than were wanted, if so.
@@ -85,7 +90,7 @@ def run_consecutive_commands(count: int, seed: int = 0, say: Callable[[str], Non
     if not results:
         raise SceneError(ended or "no command was wanted")
     return {
-        **summarise_commands(results),
+        **summarise_commands(results, run_options=run_options, sequence_options=sequence_options),
         "table_contacts": touches,
         "bystander_contacts": bystanders,
         "ended": ended,
@@ -110,7 +115,7 @@ class _CommandSequence:
         before, scene = simulator.object_states(), simulator.world.scene
         case = next_command(number, before, scene, rng, self._held)
         outcome = self._engine.execute(task_in_odom(task_of(case, machine.look(), before), machine.base_pose()))
-        machine.rest(_SETTLE_STEPS)
+        machine.rest(SEQUENCES.settle_steps)
         physical = judge(before, simulator.object_states(), case.meaning, scene.table)
         self._held = case.meaning.object if outcome.in_hand else ""
         held_up = outcome.success and not physical.success
@@ -126,19 +131,21 @@ class _CommandSequence:
         )
 
 
-def summarise_commands(results: list[CommandResult]) -> dict[str, Any]:
+def summarise_commands(
+    results: list[CommandResult], *, run_options: RunOptions = RUNS, sequence_options: SequenceOptions = SEQUENCES
+) -> dict[str, Any]:
     """Return the totals: rss_growth_mb is from the end of the warm-up to the end, in_trouble the longest bad run."""
     longest = run = 0
     for result in results:
         run = 0 if result.success else run + 1
         longest = max(longest, run)
-    warm = results[min(_WARM, len(results)) - 1]
+    warm = results[min(sequence_options.warm_up_commands, len(results)) - 1]
     return {
         "commands": len(results),
         "succeeded": sum(result.success for result in results),
         "refused": sum(result.refused for result in results),
         "in_trouble": longest,
-        "bystanders_moved": sum(result.moved_m > MOVED_M for result in results),
+        "bystanders_moved": sum(result.moved_m > run_options.moved_m for result in results),
         "home_error_max": round(max(result.home_error for result in results), 4),
         "home_error_last": round(results[-1].home_error, 4),
         "base_drift_m": round(results[-1].base_m, 4),
@@ -172,4 +179,4 @@ def resident_mb() -> float:
     gc.collect()
     with suppress(AttributeError):  # glibc has it, other C libraries do not
         ctypes.CDLL(None).malloc_trim(0)
-    return float(psutil.Process().memory_info().rss) / _MB
+    return float(psutil.Process().memory_info().rss) / 1e6

@@ -26,6 +26,7 @@ from uncom_tiago_exec.scene.obstacles import upright
 from uncom_tiago_exec.types import ManipulationTask, Outcome, Status
 
 from uncom_sim.bench_execution.cases import Case, make_case
+from uncom_sim.bench_execution.options import RUNS, RunOptions
 from uncom_sim.bench_execution.stepped_robot import Estimate, SteppedRobot
 from uncom_sim.cluster.task_pool import PoolOptions, TaskPool
 from uncom_sim.robot.description import tiago_urdf
@@ -33,10 +34,6 @@ from uncom_sim.scoring.acts import ActObserver, judge_act
 from uncom_sim.scoring.end_state import PhysicalResult, judge
 from uncom_sim.types import ObjectState
 from uncom_sim.world.simulator import Simulator
-
-MOVED_M = 0.02
-_SETTLE_STEPS = 240
-_BACK = 0.03  # [rad, or m] all joints, and the base, as they were
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +56,8 @@ class Run:
     def succeeded(self) -> bool:
         """Whether robot and physics both say so, it never touched the table, and is back unless it holds something."""
         back = (
-            self.case.primitive in (Primitive.PICK, Primitive.GIVE) or max(self.home_error, self.base_error_m) < _BACK
+            self.case.primitive in (Primitive.PICK, Primitive.GIVE)
+            or max(self.home_error, self.base_error_m) < RUNS.home_tolerance
         )
         return self.outcome.success and self.physical.success and self.table_touches == 0 and back
 
@@ -98,6 +96,8 @@ def run_case(
     shots: Path | None = None,
     robot: RobotModel | None = None,
     estimate: Estimate | None = None,
+    *,
+    options: RunOptions = RUNS,
 ) -> Run:
     """Carry out one command.
 
@@ -106,7 +106,8 @@ def run_case(
         seed: of the simulation and of planning.
         shots: where pictures from outside go, one after each motion.
         robot: its model, if it was made before.
-        estimate: an estimator of poses beside the robot, see bench_robot.
+        estimate: an estimator of poses beside the robot, see stepped_robot.
+        options: when the command counts as done.
     """
     began = time.process_time()
     simulator = Simulator(case.scene, seed * 1000 + case.number)
@@ -126,7 +127,7 @@ def run_case(
             robot or RobotModel(tiago_urdf()), machine, ExecutionConfig(seed=seed + 1, planning_time_s=2.0), told.append
         )
         outcome = engine.execute(task)
-        machine.rest(_SETTLE_STEPS)
+        machine.rest(options.settle_steps)
         physical = _judged(case, before, simulator, observer)
         away = home_error(start, machine.positions())
         drift = float(np.linalg.norm(simulator.robot.base_matrix()[:2, 3]))
@@ -191,10 +192,10 @@ class CaseTask:
     shots: Path | None = None
 
 
-def run_numbered_case(task: CaseTask) -> dict[str, Any]:
+def run_numbered_case(task: CaseTask, *, options: RunOptions = RUNS) -> dict[str, Any]:
     """Run one case in a worker process and return its JSON object."""
     shots = None if task.shots is None else task.shots / f"case{task.number:02d}"
-    return run_case(make_case(task.number, task.seed), task.seed, shots, _robot_model()).as_dict()
+    return run_case(make_case(task.number, task.seed), task.seed, shots, _robot_model(), options=options).as_dict()
 
 
 def run_benchmark(
@@ -203,6 +204,8 @@ def run_benchmark(
     pool: PoolOptions = PoolOptions(),  # noqa: B008  (frozen)
     say: Callable[[str], None] = lambda _: None,
     shots: Path | None = None,
+    *,
+    options: RunOptions = RUNS,
 ) -> dict[str, Any]:
     """Run cases in worker processes and return the benchmark's JSON object; say is told of each run.
 
@@ -219,12 +222,17 @@ def run_benchmark(
             details.append(detail)
             say(in_words(detail))
     details.sort(key=lambda d: int(d["case"]))
-    return {**summary(details), "seed": seed, "wall_s": round(time.monotonic() - began, 1), "runs_detail": details}
+    return {
+        **summary(details, options=options),
+        "seed": seed,
+        "wall_s": round(time.monotonic() - began, 1),
+        "runs_detail": details,
+    }
 
 
-def summary(details: list[dict[str, Any]]) -> dict[str, Any]:
+def summary(details: list[dict[str, Any]], *, options: RunOptions = RUNS) -> dict[str, Any]:
     """Return the totals over runs."""
-    moved = [d for d in details if d["others_moved_m"] > MOVED_M]
+    moved = [d for d in details if d["others_moved_m"] > options.moved_m]
     return {
         "runs": len(details),
         "succeeded": sum(d["success"] for d in details),

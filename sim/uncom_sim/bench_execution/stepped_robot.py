@@ -20,18 +20,16 @@ from uncom_tiago_exec.execution.robot_interface import RobotInterface
 from uncom_tiago_exec.robot.gripper_joints import finger_gap, finger_motion
 from uncom_tiago_exec.types import BasePose, Side, Trajectory
 
+from uncom_sim.bench_execution.options import STEPS, StepOptions
 from uncom_sim.camera.views import HEAD_CAMERA
 from uncom_sim.controllers.joint_trajectory import Outcome
 from uncom_sim.controllers.tolerances import GoalTolerances, Tolerance
 from uncom_sim.controllers.trajectory import Trajectory as Goal
 from uncom_sim.controllers.trajectory import Waypoint
 from uncom_sim.robot.description import CAMERA_FRAME
-from uncom_sim.scoring.acts import EVERY_STEPS
+from uncom_sim.scoring.options import ACTS
 from uncom_sim.types import ObjectState
 from uncom_sim.world.simulator import Simulator
-
-_DRIVE_STEPS = 5  # between two commands to the base
-_REST_STEPS = 24  # before a picture is taken
 
 #: An estimator of poses beside the robot: from the truth and the pose (4, 4) of the base to models in the base's frame.
 Estimate = Callable[[Sequence[ObjectState], FloatArray], Sequence[ObjectModel]]
@@ -41,12 +39,18 @@ class SteppedRobot(RobotInterface):
     """Steps a simulator in the thread of its caller."""
 
     def __init__(
-        self, simulator: Simulator, watch: Callable[[], None] | None = None, estimate: Estimate | None = None
+        self,
+        simulator: Simulator,
+        watch: Callable[[], None] | None = None,
+        estimate: Estimate | None = None,
+        *,
+        options: StepOptions = STEPS,
     ) -> None:
         """Keep the simulator; watch is called after each motion (to take a picture, say), `observer` every 0.1 s.
 
         With `estimate`, what is seen is completed by its models, as by those of /uncom/object_poses.
         """
+        self._options = options
         self.simulator = simulator
         self.stop_at_s: float | None = None
         self.observer: Callable[[], None] | None = None
@@ -86,13 +90,13 @@ class SteppedRobot(RobotInterface):
                 raise StoppedError("stopped on request")
             velocity = drive_velocity(distance - start.distance_ahead(self.base_pose()))
             simulator.base.command(velocity, 0.0, simulator.time_s)
-            if velocity == 0.0 and abs(simulator.base.odometry.linear) < 1e-3:
+            if velocity == 0.0 and abs(simulator.base.odometry.linear) < self._options.base_still_m_s:
                 return
-            self.rest(_DRIVE_STEPS)
+            self.rest(self._options.drive_steps)
 
     def look(self) -> Scene:
         """Take a picture now; see RobotInterface."""
-        self.rest(_REST_STEPS)
+        self.rest(self._options.rest_steps)
         rgb, depth = self.simulator.render_camera()
         base = self.simulator.robot.frame("base_footprint")
         camera = invert(base) @ self.simulator.robot.frame(CAMERA_FRAME)
@@ -109,7 +113,7 @@ class SteppedRobot(RobotInterface):
 
     def _step(self) -> None:
         self.simulator.step()
-        if self.observer is not None and self.simulator.steps % EVERY_STEPS == 0:
+        if self.observer is not None and self.simulator.steps % ACTS.observed_steps == 0:
             self.observer()
 
     def _goals(self, trajectory: Trajectory) -> dict[str, Goal]:

@@ -24,6 +24,7 @@ from uncom_tiago_exec.types import ManipulationTask, Outcome, Stage, Status
 
 from uncom_sim.bench_execution.cases import Case
 from uncom_sim.bench_execution.command_generation import WorkArea, next_command, random_scene
+from uncom_sim.bench_execution.options import SEQUENCES, STOPS, StopOptions
 from uncom_sim.bench_execution.run import home_error, task_of
 from uncom_sim.bench_execution.stepped_robot import SteppedRobot
 from uncom_sim.exceptions import SceneError
@@ -33,7 +34,6 @@ from uncom_sim.scoring.end_state import judge
 from uncom_sim.types import Scene
 from uncom_sim.world.simulator import Simulator
 
-STILL_S = 0.2
 STAGES = (
     Stage.APPROACHING,
     Stage.GRASPING,
@@ -44,14 +44,6 @@ STAGES = (
     Stage.HOMING,
 )
 _KINDS = ("can", "box", "cup", "bottle")
-_SETTLING = 0.1  # [rad/s, m/s]
-_STILL = 0.01  # [rad, m]
-_SEEN_M = 0.06
-_LATER_STEPS = 48
-_SETTLE_STEPS = 120
-_SHORT_S = 0.6  # what the fingers take, about
-_TRIES = 3  # commands after a stop until one succeeds; the first should
-_FRUITLESS = 12  # commands in a row in which the stage that is wanted does not come
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,14 +62,15 @@ class StopResult:
     @property
     def still(self) -> bool:
         """Whether nothing went anywhere any more; an arm that was stopped at full speed may still settle a little."""
-        return self.speed < _SETTLING and self.moved < _STILL
+        return self.speed < STOPS.settling_speed and self.moved < STOPS.still
 
 
 class StopTrial:
     """One robot that is given commands and stopped at random moments of them."""
 
-    def __init__(self, scene: Scene, seed: int, area: WorkArea | None = None) -> None:
+    def __init__(self, scene: Scene, seed: int, area: WorkArea | None = None, *, options: StopOptions = STOPS) -> None:
         """Put the robot before the scene; area is where on the table things are to be put."""
+        self._options = options
         self._part = area
         self.simulator = Simulator(scene, seed)
         self.machine = SteppedRobot(self.simulator)
@@ -100,7 +93,7 @@ class StopTrial:
         stage, driving = outcome.stage, self._driving
         speed, moved = self._motion()
         after: list[tuple[bool, str]] = []
-        while len(after) < _TRIES and not (after and after[-1][0]):
+        while len(after) < self._options.tries and not (after and after[-1][0]):
             outcome, said = self._command()
             after.append((outcome.success, said))
         return StopResult(stage, driving, speed, moved, tuple(after))
@@ -109,8 +102,8 @@ class StopTrial:
         self._driving = "driving" in status.detail
         if self._wanted is None or self.machine.stop_at_s is not None or status.stage < self._wanted:
             return
-        if status.stage > self._wanted or self.rng.random() < 0.5:
-            within_s = float(status.data.get("duration_s", _SHORT_S))  # type: ignore[arg-type]
+        if status.stage > self._wanted or self.rng.random() < self._options.stop_share:
+            within_s = float(status.data.get("duration_s", self._options.finger_motion_s))  # type: ignore[arg-type]
             self.machine.stop_at_s = self.simulator.time_s + float(self.rng.uniform(0.0, within_s))
 
     def _command(self) -> tuple[Outcome, str]:
@@ -122,7 +115,7 @@ class StopTrial:
         self._held = case.meaning.object if outcome.in_hand else ""
         said = f"{case.kind} {case.relation}: {outcome.reason}"
         if outcome.success:
-            self.machine.rest(_SETTLE_STEPS)
+            self.machine.rest(SEQUENCES.settle_steps)
             physical = judge(before, self.simulator.object_states(), case.meaning, self.simulator.world.scene.table)
             if not physical.success:
                 return replace(outcome, success=False), f"{said} ({physical.reason})"
@@ -156,15 +149,15 @@ class StopTrial:
         task = task_of(case, seen, states)
         there = next(state.position[:2] for state in states if state.id == case.meaning.object)
         away = float(np.linalg.norm(footprint_centre(task.object) - there))
-        return task_in_odom(task, base) if self._held or away < _SEEN_M else None
+        return task_in_odom(task, base) if self._held or away < self._options.seen_m else None
 
     def _motion(self) -> tuple[float, float]:
         """Return the greatest speed 0.2 s after a stop, and how far anything moves after that."""
-        self.machine.rest(round(STILL_S / TIME_STEP_S))
+        self.machine.rest(round(self._options.still_s / TIME_STEP_S))
         base = self.simulator.base
         speed = max(float(np.abs(self.simulator.robot.readings.velocity).max()), 5.0 * abs(base.odometry.linear))
         here, place = self.machine.positions(), base.odometry.x
-        self.machine.rest(_LATER_STEPS)
+        self.machine.rest(self._options.later_steps)
         later = self.machine.positions()
         moved = max(abs(later[name] - here[name]) for name in here)
         return speed, max(moved, 5.0 * abs(base.odometry.x - place))
@@ -176,6 +169,8 @@ def run_stops(
     say: Callable[[str], None] = lambda _: None,
     scene: Scene | None = None,
     area: WorkArea | None = None,
+    *,
+    options: StopOptions = STOPS,
 ) -> dict[str, Any]:
     """Stop a robot so many times and return the JSON object; say is told of each stop.
 
@@ -187,7 +182,7 @@ def run_stops(
     stops: list[StopResult] = []
     ended = ""
     try:
-        while len(stops) < count and fruitless < _FRUITLESS:
+        while len(stops) < count and fruitless < options.fruitless:
             try:
                 done = robot.stop(STAGES[(len(stops) + fruitless) % len(STAGES)])
             except SceneError as error:  # what was measured so far is not lost
@@ -228,11 +223,11 @@ def summary_of_stops(stops: list[StopResult]) -> dict[str, Any]:
     }
 
 
-def table(result: dict[str, Any]) -> str:
+def table(result: dict[str, Any], *, options: StopOptions = STOPS) -> str:
     """Return the totals as lines for people."""
     return "\n".join(
         (
-            f"{result['stops']} stops: still within {STILL_S} s {result['still']} times",
+            f"{result['stops']} stops: still within {options.still_s} s {result['still']} times",
             f"the next command succeeded {result['next_succeeded']} times, one of the next three {result['usable']}",
             f"stages: {', '.join(f'{name.lower()} {n}' for name, n in result['stages'].items())}",
             f"touches of the table: {result['table_contacts']}; base {result['base_drift_m']} m away at the end",

@@ -22,16 +22,13 @@ from uncom_tiago_exec.robot.link_pairs import adjacent_pairs, disabled_pairs, li
 from uncom_tiago_exec.robot.robot_model import package_directories
 from uncom_tiago_exec.types import SIDES, FloatArray, Obstacle
 
-from uncom_sim.bench_planning.problems import ROUNDS, Checks, IkProblem, Problem, Reaches, judged_plans, locked_urdf
+from uncom_sim.bench_planning.options import MPLIB, PROBLEMS, MplibOptions, ProblemOptions
+from uncom_sim.bench_planning.problems import Checks, IkProblem, Problem, Reaches, judged_plans, locked_urdf
 from uncom_sim.exceptions import WorkerError
 from uncom_sim.robot.description import tiago_urdf
 
 PYTHON = "UNCOM_PEERS_PYTHON"  # the environment variable that names the Python of ./uncom setup --peers
 _WORKER = Path(__file__).with_name("peer_mplib_worker.py")
-_BUDGET_S = 60.0  # for all that mplib does; what is not begun by then is left out
-_PATIENCE_S = 60.0  # beyond it, for loading and for the plan that was begun last
-_PLAN_LIMIT_S = 1.0
-_SEED = 1
 
 
 def run_mplib(
@@ -40,6 +37,9 @@ def run_mplib(
     problems: Sequence[Problem],
     states: Checks,
     positions: dict[str, float],
+    *,
+    mplib_options: MplibOptions = MPLIB,
+    problem_options: ProblemOptions = PROBLEMS,
 ) -> dict[str, Any] | str:
     """Return what mplib does with the problems, or why it does nothing."""
     python = os.environ.get(PYTHON, "")
@@ -47,8 +47,17 @@ def run_mplib(
         return "not compared: it needs numpy 1.26, an environment of its own; ./uncom setup --peers makes it"
     try:
         with tempfile.TemporaryDirectory(prefix="uncom_mplib_") as folder:
-            answer = _ask(python, _write_job(Path(folder), poses, problems, states, positions))
-        return judged(answer, poses, reaches, problems)
+            job = _write_job(
+                Path(folder),
+                poses,
+                problems,
+                states,
+                positions,
+                mplib_options=mplib_options,
+                problem_options=problem_options,
+            )
+            answer = _ask(python, job, mplib_options=mplib_options)
+        return judged(answer, poses, reaches, problems, mplib_options=mplib_options)
     except (WorkerError, OSError) as error:
         return f"not compared: {error}"
 
@@ -59,14 +68,17 @@ def _write_job(
     problems: Sequence[Problem],
     states: Checks,
     positions: dict[str, float],
+    *,
+    mplib_options: MplibOptions = MPLIB,
+    problem_options: ProblemOptions = PROBLEMS,
 ) -> Path:
     """Write descriptions and problems for the worker into a folder; return the job's file."""
     problem, free = states
     job = {
-        "seed": _SEED,
-        "rounds": ROUNDS,
-        "budget_s": _BUDGET_S,
-        "plan_limit_s": _PLAN_LIMIT_S,
+        "seed": mplib_options.seed,
+        "rounds": problem_options.rounds,
+        "budget_s": mplib_options.budget_s,
+        "plan_limit_s": PROBLEMS.plan_limit_s,
         "arms": write_arms(folder, positions),
         "ik": [{"side": side, "target": target.tolist(), "near": near.tolist()} for side, target, near in poses],
         "check": {
@@ -141,7 +153,7 @@ def srdf(urdf: str) -> str:
     return ET.tostring(root, encoding="unicode")
 
 
-def _ask(python: str, job: Path) -> dict[str, Any]:
+def _ask(python: str, job: Path, *, mplib_options: MplibOptions = MPLIB) -> dict[str, Any]:
     """Run the worker and return its answer.
 
     Raises:
@@ -153,7 +165,7 @@ def _ask(python: str, job: Path) -> dict[str, Any]:
     try:
         done = subprocess.run(  # noqa: S603  (our own worker)
             command, env={**kept, "OMP_NUM_THREADS": "1"}, capture_output=True, text=True,
-            timeout=_BUDGET_S + _PATIENCE_S, check=False,
+            timeout=mplib_options.budget_s + mplib_options.patience_s, check=False,
         )  # fmt: skip
     except OSError as error:
         raise WorkerError(f"its Python cannot be started: {python}: {error.strerror}") from error
@@ -177,7 +189,12 @@ def _last_words(text: str) -> str:
 
 
 def judged(
-    answer: dict[str, Any], poses: Sequence[IkProblem], reaches: Reaches, problems: Sequence[Problem]
+    answer: dict[str, Any],
+    poses: Sequence[IkProblem],
+    reaches: Reaches,
+    problems: Sequence[Problem],
+    *,
+    mplib_options: MplibOptions = MPLIB,
 ) -> dict[str, Any]:
     """Return what our own kinematics and checker say of the worker's configurations (8,) and paths (N, 8).
 
@@ -190,7 +207,7 @@ def judged(
         times, found = [float(t) for t in answer["ik"]["ms"]], [_array(q, 1) for q in answer["ik"]["q"]]
         paths, spent = [_array(path, 2) for path in answer["plan"]["paths"]], answer["plan"]["ms"]
         if not times or not spent:
-            raise WorkerError(f"nothing was done in {_BUDGET_S:.0f} s")
+            raise WorkerError(f"nothing was done in {mplib_options.budget_s:.0f} s")
         solved = sum(q is not None and reaches(p, q) for p, q in zip(poses[: len(times)], found, strict=True))
         ik = {"poses": len(times), "success": solved / len(times), "median_ms": round(float(np.median(times)), 4)}
         return {

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Solves planning problems with mplib: `python bench_planning_mplib_worker.py JOB.json ANSWER.json`.
+"""Solves planning problems with mplib: `python peer_mplib_worker.py JOB.json ANSWER.json`.
 
 It runs in an environment of its own (`./uncom setup --peers`), so it knows nothing of this project but the job that
-`bench_planning_mplib.py` writes. Times are processor time of one thread; nothing is judged here.
+`peer_mplib.py` writes. Times are processor time of one thread; nothing is judged here.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import importlib.metadata
 import json
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +20,19 @@ import mplib
 import numpy as np
 from mplib.collision_detection import fcl
 
-_RESTARTS = 20
-_EPS = 1e-4  # of the closed loop: well inside 1 mm and 0.01 rad
-_STEP = 1.0
-_ITERATIONS = 100
-_RANGE = 1.9  # [rad] of one extension; the default of 0.1 takes four times as long
+
+@dataclass(frozen=True)
+class SolverOptions:
+    """How mplib solves; here and not in options.py, as this file runs without our packages."""
+
+    restarts: int = 20
+    tolerance: float = 1e-4  # of the closed loop: well inside 1 mm and 0.01 rad
+    step: float = 1.0
+    iterations: int = 100
+    extension_rad: float = 1.9  # of one extension; the default of 0.1 takes four times as long
+
+
+SOLVER = SolverOptions()
 
 
 class Arm:
@@ -52,9 +61,16 @@ class Arm:
     def solve(self, target: Any, near: Any) -> Any:
         """Return a configuration (8,) for a pose of the hand, None if no try arrives."""
         model, limits, q = self.planner.pinocchio_model, self.planner.joint_limits, near
-        for _ in range(_RESTARTS + 1):
+        for _ in range(SOLVER.restarts + 1):
             found, done, _ = model.compute_IK_CLIK_JL(
-                self.planner.move_group_link_id, target, q, limits[:, 0], limits[:, 1], _EPS, _ITERATIONS, _STEP
+                self.planner.move_group_link_id,
+                target,
+                q,
+                limits[:, 0],
+                limits[:, 1],
+                SOLVER.tolerance,
+                SOLVER.iterations,
+                SOLVER.step,
             )
             if done:
                 return found
@@ -64,7 +80,7 @@ class Arm:
     def plan(self, start: Any, goal: Any, limit_s: float) -> Any:
         """Return a simplified path (N, 8), None if none is found in time; no times along it."""
         self.planner.robot.set_qpos(start, True)
-        status, path = self.planner.planner.plan(start, [goal], time=limit_s, range=_RANGE, simplify=True)
+        status, path = self.planner.planner.plan(start, [goal], time=limit_s, range=SOLVER.extension_rad, simplify=True)
         return path if status == "Exact solution" else None
 
 

@@ -17,8 +17,8 @@ from uncom_tiago_exec.robot.link_pairs import disabled_pairs
 from uncom_tiago_exec.robot.robot_model import package_directories
 from uncom_tiago_exec.types import SIDES, FloatArray, Obstacle, Side
 
+from uncom_sim.bench_planning.options import PROBLEMS, ROBOPLAN, ProblemOptions, RoboplanOptions
 from uncom_sim.bench_planning.problems import (
-    ROUNDS,
     Checks,
     IkProblem,
     Problem,
@@ -30,8 +30,6 @@ from uncom_sim.bench_planning.problems import (
 from uncom_sim.robot.description import tiago_urdf
 
 _GROUP = "arm"
-_RESTARTS = 20
-_SHORTCUTS = 200
 
 
 def run_roboplan(
@@ -40,15 +38,18 @@ def run_roboplan(
     problems: Sequence[Problem],
     states: Checks,
     positions: dict[str, float],
+    *,
+    problem_options: ProblemOptions = PROBLEMS,
+    roboplan_options: RoboplanOptions = ROBOPLAN,
 ) -> dict[str, Any] | str:
     """Return what roboplan does with the problems, or why it is not there."""
     if importlib.util.find_spec("roboplan") is None:
         return "not installed: it comes with ./uncom setup"
     return {
         "version": importlib.metadata.version("roboplan-core"),
-        "ik": _ik(poses, reaches, positions),
+        "ik": _ik(poses, reaches, positions, problem_options=problem_options, roboplan_options=roboplan_options),
         "check_us": round(_check_us(*states, positions), 2),
-        "plan": _plans(problems, positions),
+        "plan": _plans(problems, positions, roboplan_options=roboplan_options),
     }
 
 
@@ -69,7 +70,7 @@ class _Scene:
         self.scene.allowAdjacentLinkCollisions()
         self._add(core, solids)
         links = re.findall(r'<link name="([^"]+)"', urdf)
-        known = [sorted(pair) for pair in disabled_pairs() if len(pair) == 2 and pair <= set(links)]
+        known = [sorted(pair) for pair in disabled_pairs() if len(pair) > 1 and pair <= set(links)]
         self.scene.setCollisions([(a, b) for a, b in known], enable=False)
 
     def _add(self, core: Any, solids: Sequence[Obstacle]) -> None:
@@ -96,12 +97,19 @@ def _without_shapes(urdf: str) -> str:
     return ET.tostring(root, encoding="unicode")
 
 
-def _ik(poses: Sequence[IkProblem], reaches: Reaches, positions: dict[str, float]) -> dict[str, float]:
+def _ik(
+    poses: Sequence[IkProblem],
+    reaches: Reaches,
+    positions: dict[str, float],
+    *,
+    problem_options: ProblemOptions = PROBLEMS,
+    roboplan_options: RoboplanOptions = ROBOPLAN,
+) -> dict[str, float]:
     from roboplan import core, simple_ik  # noqa: PLC0415
 
     scenes = {side: _Scene(side, positions, (), shapes=False) for side in SIDES}
     options = simple_ik.SimpleIkOptions(
-        _GROUP, max_restarts=_RESTARTS, step_size=1.0, damping=1e-3, max_iters=30, max_time=1.0,
+        _GROUP, max_restarts=roboplan_options.restarts, step_size=1.0, damping=1e-3, max_iters=30, max_time=1.0,
         check_collisions=False,
     )  # fmt: skip
     solvers = {side: simple_ik.SimpleIk(scene.scene, options) for side, scene in scenes.items()}
@@ -113,7 +121,7 @@ def _ik(poses: Sequence[IkProblem], reaches: Reaches, positions: dict[str, float
         )
         near = core.JointConfiguration(names, problem.near)
         q, spent = None, []
-        for _ in range(ROUNDS):
+        for _ in range(problem_options.rounds):
             found = core.JointConfiguration(names, problem.near.copy())
             began = time.thread_time()
             done = bool(solvers[problem.side].solveIk(goal, near, found))
@@ -131,7 +139,9 @@ def _check_us(problem: Problem, states: list[FloatArray], positions: dict[str, f
     return check_time_us(core.SceneContext(scene.scene).hasCollisions, states)
 
 
-def _plans(problems: Sequence[Problem], positions: dict[str, float]) -> dict[str, Any]:
+def _plans(
+    problems: Sequence[Problem], positions: dict[str, float], *, roboplan_options: RoboplanOptions = ROBOPLAN
+) -> dict[str, Any]:
     from roboplan import core, rrt  # noqa: PLC0415
 
     times: list[float] = []
@@ -140,7 +150,9 @@ def _plans(problems: Sequence[Problem], positions: dict[str, float]) -> dict[str
         scene = _Scene(checker.group.side, positions, solids)
         planner = rrt.RRT(scene.scene, rrt.RRTOptions(_GROUP, max_planning_time=1.0, rrt_connect=True))
         planner.setRngSeed(k)
-        shorter = core.PathShortcutter(scene.scene, core.PathShortcuttingOptions(_GROUP, max_iters=_SHORTCUTS))
+        shorter = core.PathShortcutter(
+            scene.scene, core.PathShortcuttingOptions(_GROUP, max_iters=roboplan_options.shortcuts)
+        )
         ends = [core.JointConfiguration(scene.names, q) for q in (start, goal)]
         began = time.thread_time()
         try:

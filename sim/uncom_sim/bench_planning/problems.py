@@ -14,9 +14,9 @@ from scipy.spatial.transform import Rotation
 from uncom_tiago_exec.collision.collision_checker import CollisionChecker, densify
 from uncom_tiago_exec.types import FloatArray, Obstacle, Side
 
-ROUNDS = 3  # of what takes under a millisecond; the least counts, for others who use the machine only add to it
+from uncom_sim.bench_planning.options import PROBLEMS, ProblemOptions
+
 _IGNORED = re.compile(r"caster|wheel|antenna|suspension|cover|sonar|mic")
-_RECHECK = 0.005  # [rad] between the states of a path that are looked at again
 
 
 class Problem(NamedTuple):
@@ -40,10 +40,12 @@ Reaches = Callable[[IkProblem, FloatArray], bool]
 Checks = tuple[Problem, list[FloatArray]]
 
 
-def check_time_us(check: Callable[[FloatArray], object], states: Sequence[FloatArray]) -> float:
+def check_time_us(
+    check: Callable[[FloatArray], object], states: Sequence[FloatArray], *, options: ProblemOptions = PROBLEMS
+) -> float:
     """Return the processor time of one call of a check of a state (8,) [us]."""
     spent = []
-    for _ in range(ROUNDS):
+    for _ in range(options.rounds):
         began = time.thread_time()
         for q in states:
             check(q)
@@ -52,7 +54,11 @@ def check_time_us(check: Callable[[FloatArray], object], states: Sequence[FloatA
 
 
 def judged_plans(
-    problems: Sequence[Problem], paths: Sequence[FloatArray | None], times_ms: Sequence[float]
+    problems: Sequence[Problem],
+    paths: Sequence[FloatArray | None],
+    times_ms: Sequence[float],
+    *,
+    options: ProblemOptions = PROBLEMS,
 ) -> dict[str, Any]:
     """Return successes, times and what our checker says of paths (N, 8) that another library found, None if none."""
     solved = [(problem.checker, path) for problem, path in zip(problems, paths, strict=True) if path is not None]
@@ -62,7 +68,7 @@ def judged_plans(
         "median_ms": round(float(np.median(times_ms)), 3),
         "p95_ms": round(float(np.percentile(times_ms, 95)), 3),
         "recheck_inside_margins": sum(
-            not checker.is_free(q) for checker, path in solved for q in densify(path, _RECHECK)
+            not checker.is_free(q) for checker, path in solved for q in densify(path, options.recheck_rad)
         ),
     }
 

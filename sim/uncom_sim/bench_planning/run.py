@@ -24,49 +24,57 @@ from uncom_tiago_exec.scene.obstacles import upright
 from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
 from uncom_tiago_exec.types import SIDES, FloatArray, Obstacle
 
+from uncom_sim.bench_planning.options import PROBLEMS, ProblemOptions
 from uncom_sim.bench_planning.peers import ratios, run_peers
-from uncom_sim.bench_planning.problems import ROUNDS, IkProblem, Problem, check_time_us
+from uncom_sim.bench_planning.problems import IkProblem, Problem, check_time_us
 from uncom_sim.bench_planning.scenes import TABLE_Z, pick_and_place, tabletop_solids
 from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.robot.joint_names import home_positions
 
-_PLAN_LIMIT_S = 1.0
-_CHECKS = 2000
-_INSET = 0.0041  # [rad] that our own limits are inside those of the description, which others use
 LIGHT = PlannerOptions(rounds=1)
 FULL = PlannerOptions(rounds=20, gain=0.01)  # until nothing is gained
 
 
-def run_benchmark(seed: int, poses: int, plans: int, say: Callable[[str], None]) -> dict[str, Any]:
+def run_benchmark(
+    seed: int, poses: int, plans: int, say: Callable[[str], None], *, problem_options: ProblemOptions = PROBLEMS
+) -> dict[str, Any]:
     """Run all parts and return the benchmark's JSON object."""
     robot = RobotModel(tiago_urdf())
     start = home_positions(0.35, (0.0, -0.95), 0.02)
-    result: dict[str, Any] = {"ik": inverse_kinematics(robot, start, poses, seed)}
+    result: dict[str, Any] = {"ik": inverse_kinematics(robot, start, poses, seed, problem_options=problem_options)}
     say(f"ik: {result['ik']}")
     problems = list(single_problems(robot, start, plans, seed))
-    result["check_us"] = round(own_check_us(robot, start, seed), 2)
+    result["check_us"] = round(own_check_us(robot, start, seed, problem_options=problem_options), 2)
     say(f"check: {result['check_us']} us")
-    result["plan"] = single_plans(problems, LIGHT)
+    result["plan"] = single_plans(problems, LIGHT, problem_options=problem_options)
     say(f"plan: {result['plan']}")
-    result["plan_full"] = single_plans(problems, FULL)
+    result["plan_full"] = single_plans(problems, FULL, problem_options=problem_options)
     result["whole"] = whole_plans(robot, start, plans, seed)
     say(f"whole: {result['whole']}")
-    result["shelf"] = single_plans(list(shelf_problems(robot, start, seed)), LIGHT)
+    result["shelf"] = single_plans(list(shelf_problems(robot, start, seed)), LIGHT, problem_options=problem_options)
     say(f"shelf: {result['shelf']}")
-    result["peers"] = peers(robot, start, problems, poses, seed)
+    result["peers"] = peers(robot, start, problems, poses, seed, problem_options=problem_options)
     result["ratios"] = ratios(result, result["peers"])
     say(f"ours as a multiple of: {result['ratios']}")
     return {**result, "seed": seed, "clock": "processor time of one thread"}
 
 
-def peers(robot: RobotModel, start: dict[str, float], problems: list[Problem], poses: int, seed: int) -> dict[str, Any]:
+def peers(
+    robot: RobotModel,
+    start: dict[str, float],
+    problems: list[Problem],
+    poses: int,
+    seed: int,
+    *,
+    problem_options: ProblemOptions = PROBLEMS,
+) -> dict[str, Any]:
     """Give the same problems to other libraries."""
     groups = {side: robot.group(side, start) for side in SIDES}
     return run_peers(
         ik_problems(robot, start, poses, seed),
-        lambda problem, q: _reaches(groups[problem.side], q, problem.target, _INSET),
+        lambda problem, q: _reaches(groups[problem.side], q, problem.target, problem_options.inset_m, problem_options),
         problems,
-        check_states(robot, start, seed),
+        check_states(robot, start, seed, problem_options=problem_options),
         start,
     )
 
@@ -83,7 +91,9 @@ def ik_problems(robot: RobotModel, start: dict[str, float], count: int, seed: in
     return found
 
 
-def inverse_kinematics(robot: RobotModel, start: dict[str, float], count: int, seed: int) -> dict[str, float]:
+def inverse_kinematics(
+    robot: RobotModel, start: dict[str, float], count: int, seed: int, *, problem_options: ProblemOptions = PROBLEMS
+) -> dict[str, float]:
     """Solve poses that some configuration has, from other random configurations."""
     times, solved = [], 0
     groups = {side: robot.group(side, start) for side in SIDES}
@@ -91,7 +101,7 @@ def inverse_kinematics(robot: RobotModel, start: dict[str, float], count: int, s
     for side, target, near in ik_problems(robot, start, count, seed):
         group, solver = groups[side], solvers[side]
         q, spent = None, []
-        for _ in range(ROUNDS):
+        for _ in range(problem_options.rounds):
             began = time.thread_time()
             with suppress(ExecutionError):
                 q = solver.solutions(target, [near], restarts=40)[0]
@@ -101,12 +111,14 @@ def inverse_kinematics(robot: RobotModel, start: dict[str, float], count: int, s
     return {"success": solved / count, **_percentiles(times)}
 
 
-def _reaches(group: ArmGroup, q: FloatArray, target: FloatArray, beyond: float = 1e-9) -> bool:
+def _reaches(
+    group: ArmGroup, q: FloatArray, target: FloatArray, beyond: float = 1e-9, options: ProblemOptions = PROBLEMS
+) -> bool:
     """Tell whether a configuration is within 1 mm and 0.01 rad of a pose, and at most so far beyond the limits."""
     error = np.linalg.inv(group.forward(q)) @ target
     angle = float(np.arccos(np.clip((np.trace(error[:3, :3]) - 1.0) / 2.0, -1.0, 1.0)))
     inside = bool((q >= group.lower - beyond).all() and (q <= group.upper + beyond).all())
-    return inside and float(np.linalg.norm(error[:3, 3])) < 1e-3 and angle < 0.01
+    return inside and float(np.linalg.norm(error[:3, 3])) < options.reach_m and angle < options.reach_rad
 
 
 def _percentiles(milliseconds: list[float]) -> dict[str, float]:
@@ -118,20 +130,28 @@ def _percentiles(milliseconds: list[float]) -> dict[str, float]:
     }
 
 
-def own_check_us(robot: RobotModel, start: dict[str, float], seed: int) -> float:
+def own_check_us(
+    robot: RobotModel, start: dict[str, float], seed: int, *, problem_options: ProblemOptions = PROBLEMS
+) -> float:
     """Return the time of one state check [us] in a cluttered scene, over states between tuck and table."""
-    (checker, *_), states = check_states(robot, start, seed)
+    (checker, *_), states = check_states(robot, start, seed, problem_options=problem_options)
     return check_time_us(checker.is_free, states)
 
 
-def check_states(robot: RobotModel, start: dict[str, float], seed: int) -> tuple[Problem, list[FloatArray]]:
+def check_states(
+    robot: RobotModel, start: dict[str, float], seed: int, *, problem_options: ProblemOptions = PROBLEMS
+) -> tuple[Problem, list[FloatArray]]:
     """Return a cluttered scene and free states (8,) between tuck and table."""
     rng = np.random.default_rng([seed, 2])
     group, solids = robot.group("left", start), tabletop_solids(rng, 6)
     checker = CollisionChecker(group, solids)
     home = group.clamp(group.vector(start))
-    states = [q for q in group.clamp(home + rng.normal(scale=0.35, size=(4 * _CHECKS, 8))) if checker.is_free(q)]
-    return Problem(checker, home, home, solids), states[:_CHECKS]
+    states = [
+        q
+        for q in group.clamp(home + rng.normal(scale=0.35, size=(4 * problem_options.checks, 8)))
+        if checker.is_free(q)
+    ]
+    return Problem(checker, home, home, solids), states[: problem_options.checks]
 
 
 def single_problems(robot: RobotModel, start: dict[str, float], count: int, seed: int) -> Iterator[Problem]:
@@ -200,7 +220,9 @@ def shelf_problems(robot: RobotModel, start: dict[str, float], seed: int) -> Ite
             continue
 
 
-def single_plans(problems: list[Problem], options: PlannerOptions) -> dict[str, float]:
+def single_plans(
+    problems: list[Problem], options: PlannerOptions, *, problem_options: ProblemOptions = PROBLEMS
+) -> dict[str, float]:
     """Plan each problem; a success takes at most 1 s and ends at the goal."""
     times, solved, colliding = [], 0, 0
     for checker, home, goal, _ in problems:
@@ -211,7 +233,7 @@ def single_plans(problems: list[Problem], options: PlannerOptions) -> dict[str, 
             times.append(1000.0 * (time.thread_time() - began))
             continue
         times.append(1000.0 * (time.thread_time() - began))
-        solved += times[-1] < 1000.0 * _PLAN_LIMIT_S and bool(np.allclose(path[-1], goal, atol=1e-6))
+        solved += times[-1] < 1000.0 * problem_options.plan_limit_s and bool(np.allclose(path[-1], goal, atol=1e-6))
         colliding += sum(not checker.is_free(q) for q in densify(path, 0.005))
     share = solved / max(len(problems), 1)
     return {"problems": len(problems), "success": share, **_percentiles(times), "recheck_colliding": colliding}
@@ -256,33 +278,3 @@ def _add_stages(stages: dict[str, list[float]], plan: Plan) -> None:
             total = stages.setdefault(step.stage.name.lower(), [0.0, 0.0])
             total[0] += step.trajectory.duration_s
             total[1] += step.shortest_s
-
-
-def table(result: dict[str, Any]) -> str:
-    """Return the figures as lines for people."""
-    ik, plan, full, whole = (result[key] for key in ("ik", "plan", "plan_full", "whole"))
-    return "\n".join(
-        [
-            f"inverse kinematics: {ik['success']:.1%}, median {ik['median_ms']:.2f} ms, 95 % {ik['p95_ms']:.2f} ms",
-            f"one state check: {result['check_us']:.1f} us",
-            f"plan, shortcuts: {plan['success']:.1%}, median {plan['median_ms']:.1f} ms, 95 % {plan['p95_ms']:.1f} ms",
-            f"plan, simplified: {full['success']:.1%}, median {full['median_ms']:.1f} ms, 95 % {full['p95_ms']:.1f} ms",
-            f"states in collision when looked at again: {plan['recheck_colliding'] + full['recheck_colliding']}",
-            f"whole pick-and-place: {whole['success']:.1%}, median {whole['median_s']:.2f} s",
-            f"its motion: {whole['motion_median_s']:.1f} s, {whole['motion_over_bound']} of the lower bound",
-            *(
-                f"  {name}: {spent['mean_s']:.1f} s, {spent['over_bound']} of the bound"
-                for name, spent in whole["motion_by_stage"].items()
-            ),
-            *(
-                f"of {name}'s time: {times['ik']} for poses, {times['check']} for checks, {times['plan']} for plans"
-                for name, times in result["ratios"].items()
-            ),
-            *(f"{name}: {why}" for name, why in result["peers"].items() if isinstance(why, str)),
-            *(
-                f"{name} had no time for {left['poses']} of the poses and {left['plans']} of the plans"
-                for name, peer in result["peers"].items()
-                if isinstance(peer, dict) and any((left := peer.get("left_out", {})).values())
-            ),
-        ]
-    )

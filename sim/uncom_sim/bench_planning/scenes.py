@@ -9,10 +9,10 @@ from uncom_perception.types import Box, Detection, Geometry, TableSurface
 from uncom_tiago_exec.scene.obstacles import upright
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Obstacle
 
+from uncom_sim.bench_planning.options import PROBLEMS, ProblemOptions
+
 TABLE_Z = 0.72
 _CAMERA = np.array([0.24, 0.02, 1.31])
-_NEAR = (0.5, 0.68)
-_POINTS = 2500
 
 
 def tabletop_solids(rng: np.random.Generator, count: int) -> tuple[Obstacle, ...]:
@@ -40,24 +40,28 @@ def _places(
         if len(found) - first >= count:
             break
         x, y = float(rng.uniform(0.5, 0.9)), float(rng.uniform(-0.45, 0.45))
-        if all(np.hypot(x - a, y - b) > 0.15 for a, b in found):
+        if all(np.hypot(x - a, y - b) > PROBLEMS.place_gap_m for a, b in found):
             found.append((x, y))
     return found[first:]
 
 
-def pick_and_place(rng: np.random.Generator, count: int, side: float) -> ManipulationTask:
+def pick_and_place(
+    rng: np.random.Generator, count: int, side: float, *, options: ProblemOptions = PROBLEMS
+) -> ManipulationTask:
     """Return a task in clutter: a thing within one arm's reach, to a bowl or to a free place on the same side."""
-    thing = (float(rng.uniform(*_NEAR)), side * float(rng.uniform(0.0, 0.35)))
+    thing = (float(rng.uniform(*options.near_x_m)), side * float(rng.uniform(0.0, 0.35)))
     while True:
-        goal = (float(rng.uniform(*_NEAR)), side * float(rng.uniform(0.0, 0.35)))
-        if np.hypot(goal[0] - thing[0], goal[1] - thing[1]) > 0.2:
+        goal = (float(rng.uniform(*options.near_x_m)), side * float(rng.uniform(0.0, 0.35)))
+        if np.hypot(goal[0] - thing[0], goal[1] - thing[1]) > options.least_move_m:
             break
-    into = bool(rng.random() < 0.5)
-    seen = [detection("ball", _ball(*thing, float(rng.uniform(0.025, 0.036)), rng))]
+    into = bool(rng.random() < options.into_share)
+    seen = [detection("ball", _ball(*thing, float(rng.uniform(0.025, 0.036)), rng, options=options))]
     if into:
-        seen.append(detection("bowl", _bowl(*goal, rng)))
+        seen.append(detection("bowl", _bowl(*goal, rng, options=options)))
     for i, (x, y) in enumerate(_places(rng, count - len(seen), [thing, goal])):
-        seen.append(detection(f"thing{i}", _box(x, y, rng) if i % 2 else _cylinder(x, y, rng)))
+        seen.append(
+            detection(f"thing{i}", _box(x, y, rng, options=options) if i % 2 else _cylinder(x, y, rng, options=options))
+        )
     pose = None if into else upright(np.array([*goal, TABLE_Z]), 0.0)
     return ManipulationTask(
         "bench",
@@ -96,25 +100,27 @@ def _seen(points: FloatArray, normals: FloatArray, pose: FloatArray, rng: np.ran
     return np.asarray(world[facing] + rng.normal(scale=0.001, size=(int(facing.sum()), 3)))
 
 
-def _ball(x: float, y: float, radius: float, rng: np.random.Generator) -> FloatArray:
-    normals = rng.normal(size=(_POINTS, 3))
+def _ball(
+    x: float, y: float, radius: float, rng: np.random.Generator, *, options: ProblemOptions = PROBLEMS
+) -> FloatArray:
+    normals = rng.normal(size=(options.points, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     return _seen(normals * radius, normals, upright(np.array([x, y, TABLE_Z + radius]), 0.0), rng)
 
 
-def _cylinder(x: float, y: float, rng: np.random.Generator) -> FloatArray:
+def _cylinder(x: float, y: float, rng: np.random.Generator, *, options: ProblemOptions = PROBLEMS) -> FloatArray:
     radius, height = float(rng.uniform(0.028, 0.04)), float(rng.uniform(0.08, 0.2))
-    angle, share = rng.uniform(-np.pi, np.pi, _POINTS), np.sqrt(rng.uniform(0.0, 1.0, _POINTS))
-    ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(_POINTS)])
-    wall = ring * radius + np.column_stack([np.zeros((_POINTS, 2)), rng.uniform(0.0, height, _POINTS)])
+    angle, share = rng.uniform(-np.pi, np.pi, options.points), np.sqrt(rng.uniform(0.0, 1.0, options.points))
+    ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(options.points)])
+    wall = ring * radius + np.column_stack([np.zeros((options.points, 2)), rng.uniform(0.0, height, options.points)])
     top = ring * (radius * share)[:, None] + [0.0, 0.0, height]
-    normals = np.vstack([ring, np.tile([0.0, 0.0, 1.0], (_POINTS, 1))])
+    normals = np.vstack([ring, np.tile([0.0, 0.0, 1.0], (options.points, 1))])
     return _seen(np.vstack([wall, top]), normals, upright(np.array([x, y, TABLE_Z]), 0.0), rng)
 
 
-def _box(x: float, y: float, rng: np.random.Generator) -> FloatArray:
+def _box(x: float, y: float, rng: np.random.Generator, *, options: ProblemOptions = PROBLEMS) -> FloatArray:
     size = rng.uniform([0.06, 0.04, 0.05], [0.12, 0.07, 0.18])
-    points = rng.uniform(-0.5, 0.5, (_POINTS * 2, 3)) * size
+    points = rng.uniform(-0.5, 0.5, (options.points * 2, 3)) * size
     faces = rng.integers(0, 6, len(points))
     normals = np.zeros_like(points)
     rows = np.arange(len(points))
@@ -125,17 +131,17 @@ def _box(x: float, y: float, rng: np.random.Generator) -> FloatArray:
     return _seen(points, normals, pose, rng)
 
 
-def _bowl(x: float, y: float, rng: np.random.Generator) -> FloatArray:
+def _bowl(x: float, y: float, rng: np.random.Generator, *, options: ProblemOptions = PROBLEMS) -> FloatArray:
     """Return inside and outside of a widening bowl and its floor."""
     radius, height = float(rng.uniform(0.075, 0.095)), 0.065
-    t, angle = rng.uniform(0.0, 1.0, _POINTS), rng.uniform(-np.pi, np.pi, _POINTS)
+    t, angle = rng.uniform(0.0, 1.0, options.points), rng.uniform(-np.pi, np.pi, options.points)
     ring = np.column_stack([np.cos(angle), np.sin(angle)])
     points, normals = [], []
     for inset, sign in ((0.0, 1.0), (0.004, -1.0)):
         r = radius * (0.5 + 0.5 * t) - inset
         points.append(np.column_stack([ring * r[:, None], 0.005 + (height - 0.005) * t]))
-        normals.append(np.column_stack([sign * ring * 0.8, np.full(_POINTS, -0.6 * sign)]))
-    floor = radius * 0.5 * np.sqrt(rng.uniform(0.0, 1.0, _POINTS))
-    points.append(np.column_stack([ring * floor[:, None], np.full(_POINTS, 0.006)]))
-    normals.append(np.tile([0.0, 0.0, 1.0], (_POINTS, 1)))
+        normals.append(np.column_stack([sign * ring * 0.8, np.full(options.points, -0.6 * sign)]))
+    floor = radius * 0.5 * np.sqrt(rng.uniform(0.0, 1.0, options.points))
+    points.append(np.column_stack([ring * floor[:, None], np.full(options.points, 0.006)]))
+    normals.append(np.tile([0.0, 0.0, 1.0], (options.points, 1)))
     return _seen(np.vstack(points), np.vstack(normals), upright(np.array([x, y, TABLE_Z]), 0.0), rng)

@@ -16,23 +16,22 @@ from rich.console import Console
 
 from uncom_sim.bench_understanding.judging.statistics import wilson
 from uncom_sim.bench_understanding.judging.stress import CURVES
+from uncom_sim.bench_understanding.options import STRESS, StressOptions
 from uncom_sim.bench_understanding.run import BenchmarkOptions, BenchmarkResult, progress_bar, worker_options
 from uncom_sim.bench_understanding.takes.take_planning import plan_takes
 from uncom_sim.bench_understanding.takes.types import TakePlan
 from uncom_sim.bench_understanding.worker import StressPoint, StressTask, run_stress
 from uncom_sim.cluster.task_pool import TaskPool
 
-DEFAULT_TAKES = 22
 
-
-def run_stress_curves(options: BenchmarkOptions) -> BenchmarkResult:
+def run_stress_curves(options: BenchmarkOptions, *, stress_options: StressOptions = STRESS) -> BenchmarkResult:
     """Measure the curves; leaves stress.json, stress.txt and a plot of each in the folder.
 
     Raises:
         UncomError: a take cannot be made, a back end not loaded.
     """
     start = time.monotonic()
-    plans = plan_takes(options.seed, options.scenarios, options.takes or DEFAULT_TAKES)
+    plans = plan_takes(options.seed, options.scenarios, options.takes or stress_options.takes)
     tasks = stress_tasks(plans)
     points: list[StressPoint] = []
     console = Console(file=sys.stderr)

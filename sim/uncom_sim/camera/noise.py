@@ -9,12 +9,10 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from uncom_sim.camera.views import DEPTH_RANGE_M
+from uncom_sim.camera.options import SENSOR, SensorOptions
 
 Rgb = npt.NDArray[np.uint8]
 Depth = npt.NDArray[np.float32]
-
-_SPARE_PX = 256
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +42,15 @@ class NoisyCamera:
     Noise is cut at random places from sheets drawn once, which costs a tenth of drawing it anew.
     """
 
-    def __init__(self, noise: CameraNoise, seed: int, height: int, width: int) -> None:
+    def __init__(
+        self, noise: CameraNoise, seed: int, height: int, width: int, *, options: SensorOptions = SENSOR
+    ) -> None:
         """Draw noise for pictures of one size [px]."""
+        self._options = options
         self.noise = noise
         self._seed = seed
         rng = np.random.default_rng([seed, height, width])
-        sheet = (height + _SPARE_PX, width + _SPARE_PX)
+        sheet = (height + options.spare_noise_px, width + options.spare_noise_px)
         grain = rng.standard_normal((*sheet, 3), dtype=np.float32) * np.array([0.5, 0.4, 0.6], np.float32)
         grain += rng.standard_normal((*sheet, 1), dtype=np.float32) * np.float32(0.85)
         self._grain = np.round(grain * np.float32(noise.rgb)).astype(np.int16)
@@ -65,7 +66,7 @@ class NoisyCamera:
 
     def measure(self, depth: Depth, step: int) -> Depth:
         """Return a depth image (H, W) [m] as the sensor gives it: NaN where it sees nothing."""
-        near, far = DEPTH_RANGE_M
+        near, far = self._options.depth_range_m
         noise = self.noise
         known = np.isfinite(depth)
         finite = np.where(known, depth, np.float32(2.0 * far))
@@ -82,5 +83,5 @@ class NoisyCamera:
 
     def _cut(self, shape: tuple[int, ...], step: int, sheet: int) -> tuple[slice, slice]:
         """Return where on a sheet the noise of a step lies."""
-        row, column = np.random.default_rng([self._seed, step, sheet]).integers(0, _SPARE_PX, 2)
+        row, column = np.random.default_rng([self._seed, step, sheet]).integers(0, self._options.spare_noise_px, 2)
         return slice(row, row + shape[0]), slice(column, column + shape[1])

@@ -15,20 +15,15 @@ import numpy.typing as npt
 from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import FloatArray, invert
 
+from uncom_sim.camera.options import RASTERISER, RasteriserOptions
 from uncom_sim.camera.render_scene import RenderScene
 from uncom_sim.camera.views import look_at
-from uncom_sim.types import Light
+from uncom_sim.types import NEGLIGIBLE, Light
 
 Rgb = npt.NDArray[np.uint8]
 Depth = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int32]
 
-_NEAR_M, _FAR_M = 0.05, 15.0
-_LAMP_M = 6.0  # how far away the lamp is taken to be
-_LIT_RADIUS_M = 1.7  # shadows are drawn this far around the middle of the scene
-_SHADOW_PX = 900
-_SHADOW_BIAS_M = 0.012
-_SHADOW_STEP = 2  # shadows are looked up for every second pixel
 _SKY = np.array([205, 210, 214], np.uint8)
 _OPTICAL_TO_GL = np.diag([1.0, -1.0, -1.0, 1.0])
 
@@ -60,8 +55,16 @@ class StaticLayer:
 class Rasteriser:
     """Renders colour and depth pictures of a scene of triangles."""
 
-    def __init__(self, render_scene: RenderScene, middle: npt.ArrayLike, casters: IntArray) -> None:
+    def __init__(
+        self,
+        render_scene: RenderScene,
+        middle: npt.ArrayLike,
+        casters: IntArray,
+        *,
+        options: RasteriserOptions = RASTERISER,
+    ) -> None:
         """Prepare to draw a scene with the shadows of some of its triangles (M, 3) around its middle (3,) [m]."""
+        self._options = options
         self._render_scene = render_scene
         self._casters = casters
         self._shadow: tuple[int, ShadowMap] | None = None
@@ -83,7 +86,7 @@ class Rasteriser:
         attributes, depth = self._draw(camera, optical_to_world, faces)
         lit = self._lit(camera, optical_to_world, depth, self._shadow_map(light)) if shadows else None
         rgb = self._coloured(attributes, depth, lit, light)
-        depth[depth >= 0.999 * _FAR_M] = np.inf
+        depth[depth >= 0.999 * self._options.far_m] = np.inf
         return rgb, depth
 
     def static(
@@ -117,7 +120,7 @@ class Rasteriser:
             rows = slice(inner[0].start - outer[0].start, inner[0].stop - outer[0].start)
             columns = slice(inner[1].start - outer[1].start, inner[1].stop - outer[1].start)
             rgb[inner] = part[rows, columns]
-        depth[depth >= 0.999 * _FAR_M] = np.inf
+        depth[depth >= 0.999 * self._options.far_m] = np.inf
         return rgb, depth
 
     def _coloured(
@@ -137,7 +140,7 @@ class Rasteriser:
         shade = np.float32(light.ambient) + np.float32(light.diffuse) * facing
         tinted = cv2.merge([shade * np.float32(tint) for tint in light.colour])
         colours = cv2.multiply(colours, tinted, dtype=cv2.CV_8U)
-        colours[depth >= 0.999 * _FAR_M] = _SKY
+        colours[depth >= 0.999 * self._options.far_m] = _SKY
         # A lens never draws a line as sharp as a pixel.
         return np.asarray(cv2.GaussianBlur(colours, (3, 3), 0.5), dtype=np.uint8)
 
@@ -157,7 +160,7 @@ class Rasteriser:
         outside |= (x * np.float32(c.fx / (c.width - c.cx)) > z).astype(np.uint8) << 1
         outside |= (y * np.float32(c.fy / (c.cy + 1.0)) < -z).astype(np.uint8) << 2
         outside |= (y * np.float32(c.fy / (c.height - c.cy)) > z).astype(np.uint8) << 3
-        ahead = z > np.float32(_NEAR_M)
+        ahead = z > np.float32(self._options.near_m)
         first, second, third = faces.T - low
         seen = (outside[first] & outside[second] & outside[third]) == 0
         seen &= ahead[first] & ahead[second] & ahead[third]
@@ -177,7 +180,7 @@ class Rasteriser:
         c = camera
         width, height = _canvas(c.cx, c.width), _canvas(c.cy, c.height)
         attributes = np.zeros((height, width, 3), np.float32) if over is None else over.attributes.copy()
-        depth = np.full((height, width), _FAR_M, np.float32) if over is None else over.depth.copy()
+        depth = np.full((height, width), self._options.far_m, np.float32) if over is None else over.depth.copy()
         seen = self._in_view(c, pose, faces)
         if len(seen) == 0:
             return attributes, depth
@@ -189,8 +192,8 @@ class Rasteriser:
             depth,
             _world_to_gl(pose),
             2.0 * np.arctan(height / 2.0 / c.fy),
-            _NEAR_M,
-            _FAR_M,
+            self._options.near_m,
+            self._options.far_m,
             self._settings,
         )
         return attributes, depth
@@ -203,14 +206,18 @@ class Rasteriser:
 
     def _draw_shadows(self, light: Light, casters: IntArray, over: ShadowMap | None) -> ShadowMap:
         direction = np.asarray(light.direction, dtype=float)
-        eye = self._middle + _LAMP_M * direction / np.linalg.norm(direction)
-        if abs(direction[0]) + abs(direction[1]) < 1e-6:
+        eye = self._middle + self._options.lamp_distance_m * direction / np.linalg.norm(direction)
+        if abs(direction[0]) + abs(direction[1]) < NEGLIGIBLE:
             eye = eye + np.array([1e-3, 0.0, 0.0])
         pose = look_at(eye, self._middle)
-        focal = _SHADOW_PX / 2.0 * _LAMP_M / _LIT_RADIUS_M
-        middle = (_SHADOW_PX - 1) / 2.0
-        lamp = PinholeCamera(_SHADOW_PX, _SHADOW_PX, focal, focal, middle, middle)
-        depth = np.full((_SHADOW_PX, _SHADOW_PX), _FAR_M, np.float32) if over is None else over.depth.copy()
+        focal = self._options.shadow_map_px / 2.0 * self._options.lamp_distance_m / self._options.lit_radius_m
+        middle = (self._options.shadow_map_px - 1) / 2.0
+        lamp = PinholeCamera(self._options.shadow_map_px, self._options.shadow_map_px, focal, focal, middle, middle)
+        depth = (
+            np.full((self._options.shadow_map_px, self._options.shadow_map_px), self._options.far_m, np.float32)
+            if over is None
+            else over.depth.copy()
+        )
         seen = self._in_view(lamp, pose, casters)
         if len(seen) == 0:
             return ShadowMap(depth, invert(pose), lamp)
@@ -219,9 +226,9 @@ class Rasteriser:
             seen[None],
             depth,
             _world_to_gl(pose),
-            2.0 * np.arctan(_SHADOW_PX / 2.0 / focal),
-            _NEAR_M,
-            _FAR_M,
+            2.0 * np.arctan(self._options.shadow_map_px / 2.0 / focal),
+            self._options.near_m,
+            self._options.far_m,
             self._settings,
         )
         return ShadowMap(depth, invert(pose), lamp)
@@ -230,8 +237,8 @@ class Rasteriser:
     def _lit(camera: PinholeCamera, pose: FloatArray, depth: Depth, shadow: ShadowMap) -> npt.NDArray[np.float32]:
         """Return how much of the lamp each pixel sees (H, W), from 0 to 1, with soft edges."""
         c, lamp = camera, shadow.camera
-        z = depth[::_SHADOW_STEP, ::_SHADOW_STEP]
-        v, u = np.indices(z.shape, dtype=np.float32) * np.float32(_SHADOW_STEP)
+        z = depth[:: RASTERISER.shadow_step_px, :: RASTERISER.shadow_step_px]
+        v, u = np.indices(z.shape, dtype=np.float32) * np.float32(RASTERISER.shadow_step_px)
         to_lamp = (shadow.world_to_lamp @ pose).astype(np.float32)
         rays = np.stack([(u - c.cx) / c.fx, (v - c.cy) / c.fy, np.ones_like(u)], axis=-1).astype(np.float32)
         points = (rays @ to_lamp[:3, :3].T) * z[..., None] + to_lamp[:3, 3]
@@ -239,9 +246,9 @@ class Rasteriser:
         columns = points[..., 0] / distance * np.float32(lamp.fx) + np.float32(lamp.cx)
         rows = points[..., 1] / distance * np.float32(lamp.fy) + np.float32(lamp.cy)
         first = cv2.remap(
-            shadow.depth, columns, rows, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=_FAR_M
+            shadow.depth, columns, rows, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=RASTERISER.far_m
         )
-        lit = (distance < first + np.float32(_SHADOW_BIAS_M)).astype(np.float32)
+        lit = (distance < first + np.float32(RASTERISER.shadow_bias_m)).astype(np.float32)
         lit = cv2.blur(lit, (5, 5))
         return np.asarray(cv2.resize(lit, (c.width, c.height), interpolation=cv2.INTER_LINEAR))
 

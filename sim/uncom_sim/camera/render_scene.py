@@ -11,13 +11,11 @@ import numpy.typing as npt
 import pybullet
 from uncom_common.transforms import FloatArray, matrix_from_pose
 
+from uncom_sim.camera.options import RENDER_SCENE, RenderSceneOptions
 from uncom_sim.camera.surfaces import Surface, Texture
 
 Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int32]
-
-_ATLAS_WIDTH = 512
-_STILL = 2e-5  # motion [m, or of a unit vector] too small to be drawn
 
 
 @dataclass(slots=True)
@@ -35,10 +33,11 @@ class _Piece:
 class RenderScene:
     """Vertices in the world, how they face the lamp, and where each takes its colour from."""
 
-    def __init__(self, client: int, surfaces: Sequence[Surface]) -> None:
+    def __init__(self, client: int, surfaces: Sequence[Surface], *, options: RenderSceneOptions = RENDER_SCENE) -> None:
         """Take in all surfaces of a client's bodies."""
+        self._options = options
         self._client = client
-        self.atlas, places = _pack([surface.texture for surface in surfaces])
+        self.atlas, places = _pack([surface.texture for surface in surfaces], options=options)
         order = sorted(range(len(surfaces)), key=lambda i: (surfaces[i].body, surfaces[i].link))
         count = sum(len(surface.vertices) for surface in surfaces)
         self.vertices = np.zeros((count, 3), np.float32)
@@ -82,7 +81,11 @@ class RenderScene:
         moved = turned
         for piece in self._pieces:
             pose = self._pose(piece.body, piece.link)
-            if not turned and piece.pose is not None and np.abs(pose - piece.pose).max() < _STILL:
+            if (
+                not turned
+                and piece.pose is not None
+                and np.abs(pose - piece.pose).max() < self._options.motion_tolerance
+            ):
                 continue
             piece.pose, moved = pose, True
             rotation, place = pose[:3, :3].astype(np.float32), pose[:3, 3].astype(np.float32)
@@ -107,17 +110,19 @@ def _atlas_places(uv: FloatArray, place: tuple[int, int, int, int], atlas: tuple
     return np.asarray(pixels / (atlas[1], atlas[0]))
 
 
-def _pack(textures: Sequence[Texture]) -> tuple[Texture, list[tuple[int, int, int, int]]]:
+def _pack(
+    textures: Sequence[Texture], *, options: RenderSceneOptions = RENDER_SCENE
+) -> tuple[Texture, list[tuple[int, int, int, int]]]:
     """Put textures (H, W, 3) into one picture, in rows; return it and the (row, column, height, width) of each."""
     places: list[tuple[int, int, int, int]] = [(0, 0, 0, 0)] * len(textures)
     row = column = height = 0
     for i in sorted(range(len(textures)), key=lambda i: -textures[i].shape[0]):
         h, w = textures[i].shape[:2]
-        if column + w > _ATLAS_WIDTH:
+        if column + w > options.atlas_width_px:
             row, column, height = row + height, 0, 0
         places[i] = (row, column, h, w)
         column, height = column + w, max(height, h)
-    atlas = np.zeros((row + height, max(_ATLAS_WIDTH, *(place[3] for place in places)), 3), np.uint8)
+    atlas = np.zeros((row + height, max(options.atlas_width_px, *(place[3] for place in places)), 3), np.uint8)
     for texture, (top, left, h, w) in zip(textures, places, strict=True):
         atlas[top : top + h, left : left + w] = texture
     return atlas, places

@@ -14,13 +14,12 @@ import pybullet
 import trimesh
 from uncom_common.transforms import FloatArray, matrix_from_pose
 
+from uncom_sim.camera.options import RENDER_SCENE, RenderSceneOptions
 from uncom_sim.objects.model import Part
 from uncom_sim.robot.visual_meshes import read_light_mesh
 
 Texture = npt.NDArray[np.uint8]
 IntArray = npt.NDArray[np.int32]
-
-_CELL_M = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,12 +53,14 @@ def painted(body: int, parts: Iterable[Part], offset: npt.ArrayLike = (0.0, 0.0,
     ]
 
 
-def from_bullet(client: int, body: int, texture: Texture | None = None) -> list[Surface]:
+def from_bullet(
+    client: int, body: int, texture: Texture | None = None, *, options: RenderSceneOptions = RENDER_SCENE
+) -> list[Surface]:
     """Return the surfaces of a body made of PyBullet's own boxes, cylinders and spheres, and of our light meshes."""
     surfaces = []
     for shape in pybullet.getVisualShapeData(body, physicsClientId=client):
         _, link, kind, dimensions, file, place, turn, rgba = shape[:8]
-        made = _geometry(kind, dimensions, file.decode())
+        made = _geometry(kind, dimensions, file.decode(), options=options)
         if made is None:
             continue
         vertices, normals, uv, faces = made
@@ -78,10 +79,12 @@ def from_bullet(client: int, body: int, texture: Texture | None = None) -> list[
     return surfaces
 
 
-def _geometry(kind: int, dimensions: Sequence[float], file: str) -> tuple[Any, Any, Any, Any] | None:
+def _geometry(
+    kind: int, dimensions: Sequence[float], file: str, *, options: RenderSceneOptions = RENDER_SCENE
+) -> tuple[Any, Any, Any, Any] | None:
     """Return vertices, normals, uv and faces of one shape, or None for what cannot be seen."""
     if kind == pybullet.GEOM_BOX:
-        return _box(dimensions)
+        return _box(dimensions, options=options)
     if kind == pybullet.GEOM_CYLINDER:
         mesh = trimesh.creation.cylinder(radius=dimensions[1], height=dimensions[0], sections=24)
     elif kind == pybullet.GEOM_SPHERE:
@@ -104,7 +107,9 @@ def _mesh(file: str, scale: FloatArray) -> tuple[Any, Any, Any, Any]:
     return vertices * scale, turned, np.full((len(vertices), 2), 0.5), outward
 
 
-def _box(size: Sequence[float]) -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[np.int64]]:
+def _box(
+    size: Sequence[float], *, options: RenderSceneOptions = RENDER_SCENE
+) -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[np.int64]]:
     """Build a box with the whole texture on each side, in cells of at most half a metre.
 
     The rasteriser does not clip: what reaches behind the camera is left out, and must therefore be small.
@@ -114,7 +119,7 @@ def _box(size: Sequence[float]) -> tuple[FloatArray, FloatArray, FloatArray, npt
     first = 0
     for axis in range(3):
         across = [(axis + 1) % 3, (axis + 2) % 3]
-        cells = np.maximum(1, np.ceil(extent[across] / _CELL_M)).astype(int)
+        cells = np.maximum(1, np.ceil(extent[across] / options.cell_m)).astype(int)
         grid = np.stack(np.meshgrid(*(np.linspace(0.0, 1.0, n + 1) for n in cells), indexing="ij"), -1).reshape(-1, 2)
         corner = (np.arange(cells[0])[:, None] * (cells[1] + 1) + np.arange(cells[1])).reshape(-1)
         right = corner + cells[1] + 1

@@ -10,7 +10,6 @@ from uncom_common.transforms import FloatArray
 
 # The head camera of the robot (Orbbec Astra, as PAL's own simulation has it).
 HEAD_CAMERA = PinholeCamera(640, 480, 522.19, 522.19, 320.5, 240.5)
-DEPTH_RANGE_M = (0.3, 8.0)
 
 
 def overview_camera(width: int, height: int) -> PinholeCamera:

@@ -15,6 +15,7 @@ import numpy as np
 from uncom_common.transforms import FloatArray
 
 from uncom_sim.exceptions import SimError
+from uncom_sim.types import NEGLIGIBLE
 
 
 class ErrorCode(IntEnum):
@@ -88,7 +89,7 @@ def check(trajectory: Trajectory, joints: Sequence[str], now_s: float) -> None:
     if trajectory.start_s > 0.0 and trajectory.start_s + before < now_s:
         raise TrajectoryError(ErrorCode.OLD_HEADER_TIMESTAMP, "the trajectory ends in the past; check header.stamp")
     final = trajectory.points[-1].velocities
-    if final is not None and np.any(np.abs(final) > 1e-6):
+    if final is not None and np.any(np.abs(final) > NEGLIGIBLE):
         raise TrajectoryError(ErrorCode.INVALID_GOAL, "the velocities of the last point must be zero")
 
 
@@ -157,6 +158,6 @@ def _between(a: Waypoint, b: Waypoint, t: float) -> SetPoint:
         position = position + term * t**power
         if power >= 1:
             velocity = velocity + power * term * t ** (power - 1)
-        if power >= 2:
+        if power > 1:
             acceleration = acceleration + power * (power - 1) * term * t ** (power - 2)
     return SetPoint(position, velocity, acceleration)

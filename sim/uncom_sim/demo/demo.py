@@ -23,7 +23,7 @@ from uncom_bringup.monitor.completion import waiting_for
 from uncom_bringup.monitor.run_record import Event, RunRecord
 from uncom_bringup.report import progress, summary
 
-from uncom_sim.demo.options import DemoOptions, scene_to_dict
+from uncom_sim.demo.options import DEMO_TIMING, DemoOptions, DemoTiming, scene_to_dict
 from uncom_sim.demo.result import DemoResult
 from uncom_sim.demo.score import score_run
 from uncom_sim.scoring.end_state import PhysicalResult
@@ -33,11 +33,6 @@ if TYPE_CHECKING:
     from uncom_sim.demo.ros.demo_graph import DemoListeners
 
 Say = Callable[[str], None]
-
-_START_TIMEOUT_S = 90.0
-_POLL_S = 0.05
-_SETTLE_S = 1.5  # [s, simulated] after the last motion, so that what was let go comes to rest
-_TAIL_S = 0.3  # [s, simulated] of sound after the person is done that is examined, too
 
 
 @dataclass(slots=True)
@@ -126,16 +121,20 @@ def _run_graph(options: DemoOptions, scene_file: Path, domain: int, times: _Time
     return _Seen(record, before, after, (contacts[0], contacts[1]), (begin_s, end_s), gave_up, cpu_s)
 
 
-def _wait_until_up(graph: GraphProcesses, listeners: DemoListeners) -> None:
-    deadline = time.monotonic() + _START_TIMEOUT_S
+def _wait_until_up(graph: GraphProcesses, listeners: DemoListeners, timing: DemoTiming = DEMO_TIMING) -> None:
+    deadline = time.monotonic() + timing.start_timeout_s
     while missing := listeners.missing():
         graph.check()
         if time.monotonic() > deadline:
-            raise GraphError("the graph", f"is not up after {_START_TIMEOUT_S:.0f} s; missing: {', '.join(missing)}")
-        time.sleep(_POLL_S)
+            raise GraphError(
+                "the graph", f"is not up after {timing.start_timeout_s:.0f} s; missing: {', '.join(missing)}"
+            )
+        time.sleep(timing.poll_s)
 
 
-def _wait_until_done(graph: GraphProcesses, listeners: DemoListeners, timeout_s: float) -> str:
+def _wait_until_done(
+    graph: GraphProcesses, listeners: DemoListeners, timeout_s: float, timing: DemoTiming = DEMO_TIMING
+) -> str:
     """Wait until everything said has been answered and things have come to rest.
 
     Returns "" or, if the time is up, what was still waited for.
@@ -145,17 +144,17 @@ def _wait_until_done(graph: GraphProcesses, listeners: DemoListeners, timeout_s:
     while True:
         graph.check()
         done_s = listeners.demo.person_done_s
-        waiting = waiting_for(listeners.record(), None if done_s is None else done_s + _TAIL_S)
+        waiting = waiting_for(listeners.record(), None if done_s is None else done_s + timing.tail_s)
         now_s = listeners.demo.now_s
         if waiting is not None:
             settled_s = None
         elif settled_s is None:
-            settled_s = now_s + _SETTLE_S
+            settled_s = now_s + timing.settle_s
         elif now_s >= settled_s:
             return ""
         if time.monotonic() > deadline:
             return f"gave up after {timeout_s:.0f} s waiting for {waiting or 'the objects to come to rest'}"
-        time.sleep(_POLL_S)
+        time.sleep(timing.poll_s)
 
 
 def _finish(options: DemoOptions, seen: _Seen, times: _Times, say: Say) -> DemoResult:

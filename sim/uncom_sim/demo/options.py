@@ -7,11 +7,28 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from uncom_common.tunables import tunable
+
 from uncom_sim.types import Scene
 from uncom_sim.world.intended_meaning import meaning_of
 from uncom_sim.world.scene_file import load_scenario, load_scene
 
 DEFAULT_SCENARIO = "iv"
+
+
+@dataclass(frozen=True, slots=True)
+class DemoTiming:
+    """How long a demo waits for what."""
+
+    start_timeout_s: float = tunable(90.0, unit="s", meaning="wall time in which the graph has to be up")
+    poll_s: float = tunable(0.05, unit="s", meaning="wall time between two looks at the graph")
+    settle_s: float = tunable(
+        1.5, unit="s", meaning="simulated time after the last motion, so that what was let go comes to rest"
+    )
+    tail_s: float = tunable(0.3, unit="s", meaning="simulated time of sound that is examined after the person is done")
+
+
+DEMO_TIMING = DemoTiming()
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,11 +9,11 @@ from typing import Any
 from uncom_common.exceptions import InvalidConfigError
 
 from uncom_sim.camera.noise import CameraNoise
-from uncom_sim.robot.robot import RobotOptions
+from uncom_sim.robot.robot import TIME_STEP_S, RobotOptions
 from uncom_sim.types import Scene
 from uncom_sim.world.scene_file import load_scenario, load_scene
 from uncom_sim.world.scene_variation import vary_scene
-from uncom_sim.world.simulator import SimulatorOptions
+from uncom_sim.world.simulator_types import SimulatorOptions
 
 
 def _about(default: Any, description: str) -> Any:
@@ -46,7 +46,7 @@ class DriverConfig:
             if getattr(self, name) < 0.0:
                 raise InvalidConfigError(name, getattr(self, name), "must not be negative")
         for name in ("camera_rate_hz", "joint_state_rate_hz", "clock_rate_hz"):
-            if not 0.0 < getattr(self, name) <= 240.0:
+            if not 0.0 < getattr(self, name) <= 1.0 / TIME_STEP_S:
                 raise InvalidConfigError(name, getattr(self, name), "must be above 0 and at most 240")
         if self.start_time_s <= 0.0:
             raise InvalidConfigError("start_time_s", self.start_time_s, "must be above 0")

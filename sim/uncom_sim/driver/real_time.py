@@ -35,7 +35,8 @@ class PeriodicSchedule:
 class RealTimePacer:
     """Holds simulated time back to a multiple of real time; time that was lost is not made up for."""
 
-    _LATE_S = 0.1
+    _LATE_S = 0.1  # lost time beyond this is given up
+    _SHORTEST_WAIT_S = 0.002  # what is shorter is not waited for
 
     def __init__(self, factor: float, now_s: float) -> None:
         """Let `factor` simulated seconds pass per second; 0 means as fast as it goes."""
@@ -48,7 +49,7 @@ class RealTimePacer:
             return
         wall, sim = self._start
         ahead = (now_s - sim) / self._factor - (time.monotonic() - wall)
-        if ahead > 0.002:
+        if ahead > self._SHORTEST_WAIT_S:
             stopping.wait(ahead)
         elif ahead < -self._LATE_S:
             self._start = (time.monotonic(), now_s)

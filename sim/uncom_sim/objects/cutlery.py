@@ -35,5 +35,6 @@ def spoon(colour: Rgb) -> Model:
         box_hull((0.060, 0.009, 0.006), (0.010, 0.0, 0.0105)),
         box_hull((0.072, 0.015, 0.006), (-0.054, 0.0, 0.0075)),
     ]
-    hulls[2][:, 2] = np.where(hulls[2][:, 0] < -0.06, hulls[2][:, 2] - 0.0045, hulls[2][:, 2])
+    end_x, drop = -0.06, 0.0045  # the handle's end is lower than its middle [m]
+    hulls[2][:, 2] = np.where(hulls[2][:, 0] < end_x, hulls[2][:, 2] - drop, hulls[2][:, 2])
     return assemble([paint(surface, colour, crease_deg=70)], hulls, 0.045, STEELWARE)

@@ -85,7 +85,8 @@ def _front_uv(size: tuple[float, float, float]) -> Callable[[FloatArray, FloatAr
     def place(v: FloatArray, n: FloatArray) -> FloatArray:
         """Print the wide faces; every other face takes the plain border of the print."""
         uv = np.column_stack([np.sign(-n[:, 1]) * v[:, 0] / size[0] + 0.5, 1.0 - v[:, 2] / size[2]])
-        uv[np.abs(n[:, 1]) < 0.7] = 0.02
+        sideways, border = 0.7, 0.02  # a normal's part along y, and the place of the border in the print
+        uv[np.abs(n[:, 1]) < sideways] = border
         return uv
 
     return place
@@ -97,13 +98,15 @@ def _printed(colour: Rgb) -> Tile:
     v, u = (np.mgrid[0:TILE_PX, 0:TILE_PX] + 0.5) / TILE_PX
     light = np.asarray(mixed(colour, COLOURS["white"], 0.85)) * 255.0
     dark = np.asarray(mixed(colour, COLOURS["black"], 0.7)) * 255.0
-    tile[(np.abs(v - 0.22) < 0.085) & (np.abs(u - 0.5) < 0.40)] = light
-    letters = (np.abs(v - 0.22) < 0.045) & (np.abs(u - 0.5) < 0.34) & ((u * 14.0) % 1.0 > 0.35)
+    # Half sizes and radii as shares of the tile; gaps as shares of the distance from one letter or grain to the next.
+    band_v, band_u, letters_v, letters_u, letter_gap = 0.085, 0.40, 0.045, 0.34, 0.35
+    middle, disc, bowl, grain_share, grains_u, grains_v = 0.66, 0.24, 0.17, 0.45, 0.15, 0.035
+    tile[(np.abs(v - 0.22) < band_v) & (np.abs(u - 0.5) < band_u)] = light
+    letters = (np.abs(v - 0.22) < letters_v) & (np.abs(u - 0.5) < letters_u) & ((u * 14.0) % 1.0 > letter_gap)
     tile[letters] = dark
-    tile[(u - 0.5) ** 2 + ((v - 0.66) * 1.35) ** 2 < 0.24**2] = light
-    tile[((u - 0.5) ** 2 + ((v - 0.66) * 1.35) ** 2 < 0.17**2) & (v > 0.66)] = dark
-    grains = (
-        ((u * 19.0) % 1.0 < 0.45) & ((v * 23.0) % 1.0 < 0.45) & (np.abs(u - 0.5) < 0.15) & (np.abs(v - 0.62) < 0.035)
-    )
+    tile[(u - 0.5) ** 2 + ((v - middle) * 1.35) ** 2 < disc**2] = light
+    tile[((u - 0.5) ** 2 + ((v - middle) * 1.35) ** 2 < bowl**2) & (v > middle)] = dark
+    grains = ((u * 19.0) % 1.0 < grain_share) & ((v * 23.0) % 1.0 < grain_share)
+    grains &= (np.abs(u - 0.5) < grains_u) & (np.abs(v - 0.62) < grains_v)
     tile[grains] = np.asarray(COLOURS["beige"]) * 220.0
     return tile

@@ -9,6 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 
+from uncom_sim.types import NEGLIGIBLE
+
 FloatArray = npt.NDArray[np.float64]
 Profile = Sequence[tuple[float, float]]
 
@@ -107,7 +109,7 @@ def disc_hull(radius: float, z_low: float, z_high: float, segments: int = 16) ->
 def turned_hull(profile: Profile, segments: int = 12) -> FloatArray:
     """Return the corners of a convex turned body [m]."""
     angles = np.linspace(0.0, 2.0 * np.pi, segments, endpoint=False)
-    points = [(r * np.cos(a), r * np.sin(a), z) for r, z in profile for a in (angles if r > 1e-6 else [0.0])]
+    points = [(r * np.cos(a), r * np.sin(a), z) for r, z in profile for a in (angles if r > NEGLIGIBLE else [0.0])]
     return np.asarray(points, dtype=float)
 
 

@@ -8,16 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from uncom_sim.objects.palette import Rgb
+from uncom_sim.person.options import APPEARANCE, AppearanceOptions
 from uncom_sim.person.voice import VOICES
 from uncom_sim.types import HANDS, PersonOptions
-
-_SLEEVES: tuple[Rgb, ...] = (
-    (0.20, 0.27, 0.42),
-    (0.32, 0.33, 0.35),
-    (0.45, 0.22, 0.25),
-    (0.20, 0.34, 0.30),
-    (0.62, 0.62, 0.60),
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +32,9 @@ class PersonAttributes:
     sleeve: Rgb
 
 
-def draw_attributes(options: PersonOptions, rng: np.random.Generator) -> PersonAttributes:
+def draw_attributes(
+    options: PersonOptions, rng: np.random.Generator, *, appearance_options: AppearanceOptions = APPEARANCE
+) -> PersonAttributes:
     """Draw what the options leave open."""
     drawn = PersonAttributes(
         side=None,
@@ -54,7 +49,7 @@ def draw_attributes(options: PersonOptions, rng: np.random.Generator) -> PersonA
         noise=float(rng.uniform(0.0, 0.01)),
         reverb=0.0,
         waver=0.0,
-        sleeve=_SLEEVES[int(rng.integers(len(_SLEEVES)))],
+        sleeve=appearance_options.sleeve_colours[int(rng.integers(len(appearance_options.sleeve_colours)))],
     )
     fixed = {name: getattr(options, name) for name in PersonOptions.__dataclass_fields__}
     values = {name: getattr(drawn, name) for name in PersonAttributes.__dataclass_fields__}

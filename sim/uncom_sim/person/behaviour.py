@@ -14,22 +14,12 @@ from uncom_sim.person.acoustics import recorded, with_pause
 from uncom_sim.person.attributes import PersonAttributes, draw_attributes
 from uncom_sim.person.hand_model import Hand, build_hand
 from uncom_sim.person.hand_placement import ARM_AZIMUTH, Obstacle, Placement, place_hand, robot_viewpoint
+from uncom_sim.person.options import BEHAVIOUR, BehaviourOptions
 from uncom_sim.person.phrases import find_phrases
 from uncom_sim.person.voice import speak
 from uncom_sim.types import SIDES, PersonOptions, SpokenWord, Table
 
 FloatArray = npt.NDArray[np.float64]
-
-AWAY_M = 0.80
-_BEFORE_S = 0.5  # nobody is seen this long, so that the robot sees the table without the hand
-_ENTER_S = 0.9
-_LEAVE_S = 0.9
-_DWELL_S = 0.25
-_SHORTEST_S = 0.35  # nobody points for less
-_AFTER_S = 1.2
-_LONGEST_PAUSE_S = 0.45
-_TREMOR_M = 0.0012
-_EASY_REACH_M = 0.55
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +67,7 @@ class PersonBehaviour:
         # Nobody holds a hand quite still.
         phases = np.array([7.3, 9.1, 8.2]) * 2.0 * np.pi * t_s
         slow = np.array([0.9, 1.3, 1.1]) * 2.0 * np.pi * t_s + np.array([0.0, 1.0, 2.0])
-        pose[:3, 3] += _TREMOR_M * (0.25 * np.sin(phases) + 0.75 * np.sin(slow))
+        pose[:3, 3] += BEHAVIOUR.tremor_m * (0.25 * np.sin(phases) + 0.75 * np.sin(slow))
         if self.attributes.waver > 0.0:
             sway = np.array([0.55, 0.7, 0.45]) * 2.0 * np.pi * t_s + np.array([0.3, 2.0, 4.0])
             pose[:3, 3] += self.attributes.waver * np.sin(sway) * (1.0, 1.0, 0.5)
@@ -91,6 +81,8 @@ def plan_behaviour(
     table: Table,
     options: PersonOptions,
     rng: np.random.Generator,
+    *,
+    behaviour_options: BehaviourOptions = BEHAVIOUR,
 ) -> PersonBehaviour:
     """Plan a performance.
 
@@ -101,6 +93,7 @@ def plan_behaviour(
         table: the table.
         options: the person.
         rng: decides what the options leave open.
+        behaviour_options: when to enter, point and leave.
 
     Raises:
         VoiceError: the voice is not known.
@@ -108,27 +101,35 @@ def plan_behaviour(
     attributes = draw_attributes(options, rng)
     hand = build_hand(attributes.hand, attributes.size, attributes.skin, attributes.sleeve)
     spoken = speak(say, attributes.voice, attributes.speed, attributes.pitch)
-    spans = find_phrases([word.text for word in spoken.words])
+    ranges = _spoken_ranges(spoken.words, targets)
+    pointed = {role: targets[role] for role in ranges}
+    placements = _placements(hand, pointed, attributes.side, obstacles, table, rng, behaviour_options=behaviour_options)
+    attributes = replace(attributes, side=placements[0]) if placements is not None else attributes
+    poses = placements[1] if placements is not None else {}
+    if len(ranges) > 1:
+        short = _move_s(poses["object"], poses["target"]) + attributes.lead + attributes.lag
+        short -= spoken.words[ranges["target"][0]].start_s - spoken.words[ranges["object"][1] - 1].end_s
+        spoken = with_pause(spoken, ranges["object"][1] - 1, min(max(short, 0.0), behaviour_options.longest_pause_s))
+    first = min((spoken.words[span[0]].start_s for span in ranges.values()), default=1.0)
+    unseen_s, enter_s = behaviour_options.unseen_s, behaviour_options.enter_s
+    start_s = max(unseen_s + 0.2, unseen_s + enter_s + attributes.lead - first)
+    words = tuple(replace(w, start_s=w.start_s + start_s, end_s=w.end_s + start_s) for w in spoken.words)
+    moves, pointing = _choreography(words, ranges, poses, attributes, behaviour_options=behaviour_options)
+    last = max([start_s + spoken.duration_s, *(m.end_s for m in moves)])
+    samples = recorded(spoken, start_s, last + behaviour_options.after_s, attributes.noise, attributes.reverb, rng)
+    return PersonBehaviour(samples, words, last + behaviour_options.after_s, hand, moves, pointing, attributes)
+
+
+def _spoken_ranges(words: Sequence[SpokenWord], targets: Mapping[str, FloatArray]) -> dict[str, tuple[int, int]]:
+    """Return the words [first, last) that go with the gesture for each role that is pointed at."""
+    spans = find_phrases([word.text for word in words])
     ranges = {
         role: span for role in ("object", "target") if role in targets and (span := getattr(spans, role)) is not None
     }
     # Saying only "this" or "here" with one gesture: the phrase there is goes with the gesture there is.
     if targets and not ranges and (span := spans.object or spans.target) is not None:
         ranges = {next(iter(targets)): span}
-    placements = _placements(hand, {r: targets[r] for r in ranges}, attributes.side, obstacles, table, rng)
-    attributes = replace(attributes, side=placements[0]) if placements is not None else attributes
-    poses = placements[1] if placements is not None else {}
-    if len(ranges) == 2:
-        short = _move_s(poses["object"], poses["target"]) + attributes.lead + attributes.lag
-        short -= spoken.words[ranges["target"][0]].start_s - spoken.words[ranges["object"][1] - 1].end_s
-        spoken = with_pause(spoken, ranges["object"][1] - 1, min(max(short, 0.0), _LONGEST_PAUSE_S))
-    first = min((spoken.words[span[0]].start_s for span in ranges.values()), default=1.0)
-    start_s = max(_BEFORE_S + 0.2, _BEFORE_S + _ENTER_S + attributes.lead - first)
-    words = tuple(replace(w, start_s=w.start_s + start_s, end_s=w.end_s + start_s) for w in spoken.words)
-    moves, pointing = _choreography(words, ranges, poses, attributes)
-    last = max([start_s + spoken.duration_s, *(m.end_s for m in moves)])
-    samples = recorded(spoken, start_s, last + _AFTER_S, attributes.noise, attributes.reverb, rng)
-    return PersonBehaviour(samples, words, last + _AFTER_S, hand, moves, pointing, attributes)
+    return ranges
 
 
 def _placements(
@@ -138,6 +139,8 @@ def _placements(
     obstacles: Sequence[Obstacle],
     table: Table,
     rng: np.random.Generator,
+    *,
+    behaviour_options: BehaviourOptions = BEHAVIOUR,
 ) -> tuple[str, dict[str, Placement]] | None:
     """Choose where to stand, and the pose of the hand for every target."""
     if not targets:
@@ -147,17 +150,20 @@ def _placements(
     options = {
         s: {role: place_hand(hand, at, s, obstacles, table, viewpoint) for role, at in targets.items()} for s in sides
     }
-    costs = {s: max(_effort(p, s, table) for p in poses.values()) for s, poses in options.items()}
+    costs = {
+        s: max(_effort(p, s, table, behaviour_options=behaviour_options) for p in poses.values())
+        for s, poses in options.items()
+    }
     good = [s for s in sides if costs[s] <= min(costs.values()) + 0.25]
     chosen = good[int(rng.integers(len(good)))]
     return chosen, options[chosen]
 
 
-def _effort(placement: Placement, side: str, table: Table) -> float:
+def _effort(placement: Placement, side: str, table: Table, *, behaviour_options: BehaviourOptions = BEHAVIOUR) -> float:
     """Cost of a pose for someone who stands at a side of the table: reaching far over it is hard."""
     x, y, _ = placement.target
     reach = {"far": table.x_max - x, "left": table.y_max - y, "right": y - table.y_min}[side]
-    return placement.cost + 3.0 * max(float(reach) - _EASY_REACH_M, 0.0)
+    return placement.cost + 3.0 * max(float(reach) - behaviour_options.easy_reach_m, 0.0)
 
 
 def _choreography(
@@ -165,6 +171,8 @@ def _choreography(
     ranges: Mapping[str, tuple[int, int]],
     poses: Mapping[str, Placement],
     attributes: PersonAttributes,
+    *,
+    behaviour_options: BehaviourOptions = BEHAVIOUR,
 ) -> tuple[tuple[Move, ...], tuple[Pointing, ...]]:
     moves: list[Move] = []
     pointing: list[Pointing] = []
@@ -172,7 +180,15 @@ def _choreography(
         pose = poses[role].pose
         arrive = words[begin].start_s - attributes.lead
         if not moves:
-            moves.append(Move(arrive - _ENTER_S, arrive, _away(pose, str(attributes.side)), pose, 0.0))
+            moves.append(
+                Move(
+                    arrive - behaviour_options.enter_s,
+                    arrive,
+                    _away(pose, str(attributes.side), behaviour_options=behaviour_options),
+                    pose,
+                    0.0,
+                )
+            )
         else:
             leave = pointing[-1].end_s
             arrive = min(max(arrive, leave + 0.4), words[begin].start_s + max(0.15, -attributes.lead))
@@ -180,12 +196,20 @@ def _choreography(
             arch = 0.2 * float(np.linalg.norm(pose[:3, 3] - moves[-1].end[:3, 3]))
             pointing[-1] = replace(pointing[-1], end_s=depart)
             moves.append(Move(depart, arrive, moves[-1].end, pose, arch))
-        stay = max(words[end - 1].end_s + attributes.lag, arrive + _SHORTEST_S)
+        stay = max(words[end - 1].end_s + attributes.lag, arrive + behaviour_options.shortest_pointing_s)
         pointing.append(Pointing(role, poses[role].target, arrive, stay))
     if moves:
-        gone = pointing[-1].end_s + _DWELL_S
+        gone = pointing[-1].end_s + behaviour_options.dwell_s
         pointing[-1] = replace(pointing[-1], end_s=gone)
-        moves.append(Move(gone, gone + _LEAVE_S, moves[-1].end, _away(moves[-1].end, str(attributes.side)), 0.0))
+        moves.append(
+            Move(
+                gone,
+                gone + behaviour_options.leave_s,
+                moves[-1].end,
+                _away(moves[-1].end, str(attributes.side), behaviour_options=behaviour_options),
+                0.0,
+            )
+        )
     return tuple(moves), tuple(pointing)
 
 
@@ -194,11 +218,11 @@ def _move_s(a: Placement, b: Placement) -> float:
     return 0.35 + 0.7 * float(np.linalg.norm(a.pose[:3, 3] - b.pose[:3, 3]))
 
 
-def _away(pose: FloatArray, side: str) -> FloatArray:
+def _away(pose: FloatArray, side: str, *, behaviour_options: BehaviourOptions = BEHAVIOUR) -> FloatArray:
     """Draw a hand back out of the robot's sight, the way the arm came."""
     azimuth = ARM_AZIMUTH[side]
     away = pose.copy()
-    away[:3, 3] -= AWAY_M * np.array([np.cos(azimuth), np.sin(azimuth), 0.0]) - [0.0, 0.0, 0.12]
+    away[:3, 3] -= behaviour_options.withdrawal_m * np.array([np.cos(azimuth), np.sin(azimuth), 0.0]) - [0.0, 0.0, 0.12]
     return away
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
@@ -19,43 +20,76 @@ from skimage.measure import marching_cubes
 from uncom_sim.objects.model import Part, Tile, flat_tile, ramp_tile
 from uncom_sim.objects.palette import Rgb, mixed
 from uncom_sim.objects.shapes import tube
+from uncom_sim.person.options import HAND_MODEL, HandModelOptions
 
 FloatArray = npt.NDArray[np.float64]
 
-INDEX_BASE, INDEX_TIP = 5, 8
-FOREARM_M = 0.25
-SLEEVE_M = 0.66
-_STEP_M = 0.0045
-_BLEND_M = 0.0030
 
-# Bases of the fingers, lengths of their bones, radii at their joints [m]; an adult hand of 19 cm.
-_BASES = {"index": (0.093, 0.026, 0.001), "middle": (0.096, 0.003, 0.003), "ring": (0.089, -0.019, 0.001),
-          "little": (0.079, -0.037, -0.004)}  # fmt: skip
-_BONES = {"index": (0.046, 0.027, 0.021), "middle": (0.050, 0.031, 0.022), "ring": (0.046, 0.029, 0.022),
-          "little": (0.036, 0.021, 0.019)}  # fmt: skip
-_RADII = {"index": (0.0105, 0.0092, 0.0080, 0.0066), "middle": (0.0108, 0.0095, 0.0083, 0.0070),
-          "ring": (0.0102, 0.0090, 0.0079, 0.0066), "little": (0.0092, 0.0080, 0.0070, 0.0058)}  # fmt: skip
-# How far each joint of a finger bends [degrees], and how far the finger spreads to the thumb's side.
-_BENDS = {
-    "index": (3.0, 6.0, 3.0),
-    "middle": (72.0, 95.0, 55.0),
-    "ring": (78.0, 96.0, 55.0),
-    "little": (76.0, 92.0, 50.0),
-}
-_SPREADS = {"index": 3.0, "middle": 1.0, "ring": -2.0, "little": -5.0}
-_THUMB = (
-    (0.0, 0.0, 0.0),
-    (0.024, 0.028, -0.012),
-    (0.056, 0.045, -0.022),
-    (0.084, 0.040, -0.031),
-    (0.104, 0.028, -0.035),
+class HandLandmark(IntEnum):
+    """Joints of a hand as hand trackers number them (MediaPipe)."""
+
+    WRIST = 0
+    THUMB_CMC = 1
+    THUMB_MCP = 2
+    THUMB_IP = 3
+    THUMB_TIP = 4
+    INDEX_BASE = 5
+    INDEX_PIP = 6
+    INDEX_DIP = 7
+    INDEX_TIP = 8
+    MIDDLE_BASE = 9
+    MIDDLE_PIP = 10
+    MIDDLE_DIP = 11
+    MIDDLE_TIP = 12
+    RING_BASE = 13
+    RING_PIP = 14
+    RING_DIP = 15
+    RING_TIP = 16
+    LITTLE_BASE = 17
+    LITTLE_PIP = 18
+    LITTLE_DIP = 19
+    LITTLE_TIP = 20
+
+
+@dataclass(frozen=True, slots=True)
+class Finger:
+    """One finger of an adult hand of 19 cm as it is held while the index finger points.
+
+    base_m (3,) is in the hand frame; bones_m are the lengths of its three bones, radii_m the radii at its four joints,
+    bends_deg how far each joint bends, spread_deg how far the finger is spread to the thumb's side.
+    """
+
+    base_m: tuple[float, float, float]
+    bones_m: tuple[float, float, float]
+    radii_m: tuple[float, float, float, float]
+    bends_deg: tuple[float, float, float]
+    spread_deg: float
+
+
+@dataclass(frozen=True, slots=True)
+class SkinTone:
+    """The colour of a tone of skin from 0 (light) to 1 (dark)."""
+
+    tone: float
+    colour: Rgb
+
+
+_INDEX = Finger((0.093, 0.026, 0.001), (0.046, 0.027, 0.021), (0.0105, 0.0092, 0.0080, 0.0066), (3.0, 6.0, 3.0), 3.0)
+_MIDDLE = Finger(
+    (0.096, 0.003, 0.003), (0.050, 0.031, 0.022), (0.0108, 0.0095, 0.0083, 0.0070), (72.0, 95.0, 55.0), 1.0
 )
-_THUMB_RADII = (0.016, 0.0145, 0.0118, 0.0102, 0.0082)
-_SKINS: tuple[tuple[float, Rgb], ...] = (
-    (0.0, (0.91, 0.74, 0.64)),
-    (0.3, (0.87, 0.68, 0.57)),
-    (0.6, (0.72, 0.52, 0.40)),
-    (1.0, (0.47, 0.32, 0.24)),
+_RING = Finger(
+    (0.089, -0.019, 0.001), (0.046, 0.029, 0.022), (0.0102, 0.0090, 0.0079, 0.0066), (78.0, 96.0, 55.0), -2.0
+)
+_LITTLE = Finger(
+    (0.079, -0.037, -0.004), (0.036, 0.021, 0.019), (0.0092, 0.0080, 0.0070, 0.0058), (76.0, 92.0, 50.0), -5.0
+)
+FINGERS = (_INDEX, _MIDDLE, _RING, _LITTLE)
+_SKIN_TONES = (
+    SkinTone(0.0, (0.91, 0.74, 0.64)),
+    SkinTone(0.3, (0.87, 0.68, 0.57)),
+    SkinTone(0.6, (0.72, 0.52, 0.40)),
+    SkinTone(1.0, (0.47, 0.32, 0.24)),
 )
 
 
@@ -70,18 +104,20 @@ class Hand:
     @property
     def pointing_axis(self) -> FloatArray:
         """Unit direction (3,) from the base to the tip of the index finger."""
-        axis = self.joints[INDEX_TIP] - self.joints[INDEX_BASE]
+        axis = self.joints[HandLandmark.INDEX_TIP] - self.joints[HandLandmark.INDEX_BASE]
         return np.asarray(axis / np.linalg.norm(axis))
 
 
 def skin_colour(tone: float) -> Rgb:
     """Return the colour of a skin tone from 0 (light) to 1 (dark)."""
-    tones = [t for t, _ in _SKINS]
-    r, g, b = (float(np.interp(tone, tones, [rgb[c] for _, rgb in _SKINS])) for c in range(3))
+    tones = [skin.tone for skin in _SKIN_TONES]
+    r, g, b = (float(np.interp(tone, tones, [skin.colour[c] for skin in _SKIN_TONES])) for c in range(3))
     return (r, g, b)
 
 
-def build_hand(handedness: str, size: float, tone: float, sleeve: Rgb) -> Hand:
+def build_hand(
+    handedness: str, size: float, tone: float, sleeve: Rgb, *, options: HandModelOptions = HAND_MODEL
+) -> Hand:
     """Build a pointing hand with its forearm.
 
     Args:
@@ -89,23 +125,24 @@ def build_hand(handedness: str, size: float, tone: float, sleeve: Rgb) -> Hand:
         size: scale; 1 is a hand of 19 cm.
         tone: skin from 0 (light) to 1 (dark).
         sleeve: colour of the sleeve.
+        options: sizes of forearm, thumb and sleeve, and resolution of the skin.
     """
-    joints, vertices, normals, faces, flush = _right_hand()
+    joints, vertices, normals, faces, flush = _right_hand(options=options)
     mirror = np.array([1.0, -1.0 if handedness == "left" else 1.0, 1.0])
     turn = slice(None, None, -1) if handedness == "left" else slice(None)
     skin = Part(
         vertices * mirror * size, normals * mirror, np.column_stack([flush, np.full(len(flush), 0.5)]),
         faces[:, turn], _skin_tile(skin_colour(tone)))  # fmt: skip
-    return Hand(handedness, joints * mirror * size, (skin, _sleeve(sleeve, size, mirror, turn)))
+    return Hand(handedness, joints * mirror * size, (skin, _sleeve(sleeve, size, mirror, turn, options=options)))
 
 
-def joints_of_right_hand() -> FloatArray:
+def joints_of_right_hand(*, options: HandModelOptions = HAND_MODEL) -> FloatArray:
     """Return the joints (21, 3) of a pointing right hand [m]."""
-    joints = [np.asarray(point) for point in _THUMB]
-    for finger, base in _BASES.items():
-        spread, bend = np.radians(_SPREADS[finger]), 0.0
-        joints.append(np.asarray(base))
-        for length, angle in zip(_BONES[finger], np.radians(_BENDS[finger]), strict=True):
+    joints = [np.asarray(point) for point in options.thumb_joints_m]
+    for finger in FINGERS:
+        spread, bend = np.radians(finger.spread_deg), 0.0
+        joints.append(np.asarray(finger.base_m))
+        for length, angle in zip(finger.bones_m, np.radians(finger.bends_deg), strict=True):
             bend += angle
             along = np.array([np.cos(bend) * np.cos(spread), np.cos(bend) * np.sin(spread), -np.sin(bend)])
             joints.append(joints[-1] + length * along)
@@ -113,23 +150,29 @@ def joints_of_right_hand() -> FloatArray:
 
 
 @functools.cache
-def _right_hand() -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[np.int64], FloatArray]:
+def _right_hand(
+    *, options: HandModelOptions = HAND_MODEL
+) -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[np.int64], FloatArray]:
     """Joints, vertices, normals, faces of the skin, and how flushed it is at each vertex (0 to 1)."""
-    joints = joints_of_right_hand()
+    joints = joints_of_right_hand(options=options)
     axes = (
-        np.concatenate([np.arange(-FOREARM_M - 0.04, -0.05, 0.020), np.arange(-0.05, 0.20, _STEP_M)]),
-        np.arange(-0.068, 0.068, _STEP_M),
-        np.arange(-0.085, 0.042, _STEP_M),
+        np.concatenate(
+            [np.arange(-options.forearm_m - 0.04, -0.05, 0.020), np.arange(-0.05, 0.20, options.grid_step_m)]
+        ),
+        np.arange(-0.068, 0.068, options.grid_step_m),
+        np.arange(-0.085, 0.042, options.grid_step_m),
     )
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    distance = _skin_distance(grid.reshape(-1, 3), joints).reshape(grid.shape[:3])
+    distance = _skin_distance(grid.reshape(-1, 3), joints, options=options).reshape(grid.shape[:3])
     at, faces, _, _ = marching_cubes(distance, 0.0, gradient_direction="ascent")
     vertices = np.column_stack([np.interp(at[:, i], np.arange(len(axis)), axis) for i, axis in enumerate(axes)])
     normals = np.empty_like(vertices)
     for i in range(3):
         offset = np.zeros(3)
         offset[i] = 0.0008
-        normals[:, i] = _skin_distance(vertices + offset, joints) - _skin_distance(vertices - offset, joints)
+        normals[:, i] = _skin_distance(vertices + offset, joints, options=options) - _skin_distance(
+            vertices - offset, joints, options=options
+        )
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     if mesh.volume < 0:
@@ -137,18 +180,21 @@ def _right_hand() -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[np.in
     return joints, vertices, normals, np.asarray(faces, dtype=np.int64), _flush(vertices, normals, joints)
 
 
-def _skin_distance(points: FloatArray, joints: FloatArray) -> FloatArray:
+def _skin_distance(points: FloatArray, joints: FloatArray, *, options: HandModelOptions = HAND_MODEL) -> FloatArray:
     """Signed distance (N,) from points (N, 3) to the skin [m], softly blended where the parts of the hand meet."""
     fingers = []
-    for k, finger in enumerate(_BASES):
+    for k, finger in enumerate(FINGERS):
         chain = joints[5 + 4 * k : 9 + 4 * k]
-        radii = _RADII[finger]
+        radii = finger.radii_m
         bones = [_bone(points, chain[i], chain[i + 1], radii[i], radii[i + 1]) for i in range(3)]
         fingers.append(_blend(bones, 0.0015))
-    thumb = [_bone(points, joints[i], joints[i + 1], _THUMB_RADII[i], _THUMB_RADII[i + 1]) for i in range(1, 4)]
+    thumb = [
+        _bone(points, joints[i], joints[i + 1], options.thumb_radii_m[i], options.thumb_radii_m[i + 1])
+        for i in range(1, 4)
+    ]
     palm = [_bone(points, *bone) for bone in _palm_bones(joints)]
-    arm = _forearm(points)
-    return _blend([_blend(palm, 0.005), _blend(thumb, 0.002), *fingers, arm], _BLEND_M)
+    arm = _forearm(points, options=options)
+    return _blend([_blend(palm, 0.005), _blend(thumb, 0.002), *fingers, arm], options.blend_m)
 
 
 def _palm_bones(joints: FloatArray) -> list[tuple[FloatArray, FloatArray, float, float]]:
@@ -162,12 +208,12 @@ def _palm_bones(joints: FloatArray) -> list[tuple[FloatArray, FloatArray, float,
     return bones
 
 
-def _forearm(points: FloatArray) -> FloatArray:
+def _forearm(points: FloatArray, *, options: HandModelOptions = HAND_MODEL) -> FloatArray:
     """Distance to the forearm: flat at the wrist, round and thicker towards the elbow."""
-    along = np.clip(-points[:, 0] / FOREARM_M, -0.03, 1.0)
+    along = np.clip(-points[:, 0] / options.forearm_m, -0.03, 1.0)
     wide = np.interp(along, [-0.03, 0.0, 0.12, 0.5, 0.85, 1.0], [0.024, 0.0265, 0.0265, 0.036, 0.043, 0.043])
     high = np.interp(along, [-0.03, 0.0, 0.12, 0.5, 0.85, 1.0], [0.0175, 0.0185, 0.0195, 0.031, 0.040, 0.040])
-    beyond = points[:, 0] + FOREARM_M * along
+    beyond = points[:, 0] + options.forearm_m * along
     flat = np.sqrt((points[:, 1] / wide) ** 2 + ((points[:, 2] + 0.002) / high) ** 2)
     return np.asarray(
         np.hypot(np.maximum(flat - 1.0, -1.0) * np.minimum(wide, high), 0.0) * np.sign(flat - 1.0) + np.abs(beyond)
@@ -195,13 +241,18 @@ def _flush(vertices: FloatArray, normals: FloatArray, joints: FloatArray) -> Flo
         near = np.exp(-((np.linalg.norm(vertices - joints[i], axis=1) / 0.014) ** 2))
         value += 0.28 * near
     value = np.clip(value, 0.02, 0.85)
-    for tip, before in ((8, 7), (4, 3)):
+    facing, behind, ahead, radius = 0.72, -0.008, 0.005, 0.012  # of a nail: cosine, and lengths from the tip [m]
+    tips = ((HandLandmark.INDEX_TIP, HandLandmark.INDEX_DIP), (HandLandmark.THUMB_TIP, HandLandmark.THUMB_IP))
+    for tip, before in tips:
         along = joints[tip] - joints[before]
         along /= np.linalg.norm(along)
         local = vertices - joints[tip]
-        out = normals @ (np.array([0.0, 0.0, 1.0]) if tip == 8 else np.array([0.3, 0.75, 0.6]))
+        out = normals @ (np.array([0.0, 0.0, 1.0]) if tip == HandLandmark.INDEX_TIP else np.array([0.3, 0.75, 0.6]))
         nail = (
-            (out > 0.72) & (local @ along > -0.008) & (local @ along < 0.005) & (np.linalg.norm(local, axis=1) < 0.012)
+            (out > facing)
+            & (local @ along > behind)
+            & (local @ along < ahead)
+            & (np.linalg.norm(local, axis=1) < radius)
         )
         value[nail] = 0.97
     return value
@@ -213,8 +264,10 @@ def _skin_tile(colour: Rgb) -> Tile:
     return ramp_tile([(0.0, pale), (0.35, colour), (0.88, red), (0.93, nail), (1.0, nail)])
 
 
-def _sleeve(colour: Rgb, size: float, mirror: FloatArray, turn: slice) -> Part:
-    x = np.array([-0.145, -0.150, -0.20, -0.28, -0.42, -SLEEVE_M])
+def _sleeve(
+    colour: Rgb, size: float, mirror: FloatArray, turn: slice, *, options: HandModelOptions = HAND_MODEL
+) -> Part:
+    x = np.array([-0.145, -0.150, -0.20, -0.28, -0.42, -options.sleeve_end_m])
     radii = np.array([0.041, 0.0445, 0.049, 0.053, 0.057, 0.064])
     mesh = tube(np.column_stack([x, np.zeros(6), np.full(6, -0.002)]), radii, segments=24)
     return Part(

@@ -17,18 +17,14 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 from uncom_common.camera import PinholeCamera
 
-from uncom_sim.person.hand_model import FOREARM_M, INDEX_BASE, INDEX_TIP, Hand
+from uncom_sim.person.hand_model import Hand, HandLandmark
+from uncom_sim.person.options import HAND_MODEL, HAND_PLACEMENT, HandModelOptions, HandPlacementOptions
 from uncom_sim.types import Table
 
 FloatArray = npt.NDArray[np.float64]
 
 # Directions in which an arm comes in, by the side where the person stands [rad], 0 pointing away from the robot.
 ARM_AZIMUTH = {"far": np.pi, "left": -np.pi / 2.0, "right": np.pi / 2.0}
-_TURNS = np.radians([0, -15, 15, -30, 30, -45, 45, -60, 60])
-_PITCHES = np.radians([26, 34, 42, 50])
-_DISTANCES = (0.10, 0.14, 0.19, 0.24)
-# People point with the thumb turned up somewhat; it also keeps the back of the hand in sight.
-_SUPINATION_RAD = np.radians(30.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,17 +74,24 @@ def place_hand(
     obstacles: Sequence[Obstacle],
     table: Table,
     viewpoint: Viewpoint,
+    *,
+    hand_model_options: HandModelOptions = HAND_MODEL,
+    hand_placement_options: HandPlacementOptions = HAND_PLACEMENT,
 ) -> Placement:
     """Choose the best pose of a hand whose index line goes through a target (3,) [m], coming in from a side."""
     best: Placement | None = None
-    for turn, pitch, distance in itertools.product(_TURNS, _PITCHES, _DISTANCES):
+    for turn, pitch, distance in itertools.product(
+        hand_placement_options.turns_rad, hand_placement_options.pitches_rad, hand_placement_options.distances_m
+    ):
         azimuth = ARM_AZIMUTH[side] + turn
         direction = np.array([np.cos(azimuth) * np.cos(pitch), np.sin(azimuth) * np.cos(pitch), -np.sin(pitch)])
-        pose = hand_pose(hand, target, direction, float(distance), viewpoint)
+        pose = hand_pose(
+            hand, target, direction, float(distance), viewpoint, hand_placement_options=hand_placement_options
+        )
         cost = _discomfort(float(turn), float(pitch), float(distance), float(direction[0]))
         if best is not None and cost >= best.cost:
             continue
-        cost += _cost(hand, pose, target, obstacles, table, viewpoint)
+        cost += _cost(hand, pose, target, obstacles, table, viewpoint, hand_model_options=hand_model_options)
         if best is None or cost < best.cost:
             best = Placement(pose, target, cost)
     if best is None:
@@ -97,17 +100,23 @@ def place_hand(
 
 
 def hand_pose(
-    hand: Hand, target: FloatArray, direction: FloatArray, distance: float, viewpoint: Viewpoint
+    hand: Hand,
+    target: FloatArray,
+    direction: FloatArray,
+    distance: float,
+    viewpoint: Viewpoint,
+    *,
+    hand_placement_options: HandPlacementOptions = HAND_PLACEMENT,
 ) -> FloatArray:
     """Return the pose (4, 4) with the index finger along a direction (3,), its tip at a distance [m] from a target."""
     to_camera = viewpoint.pose[:3, 3] - target
     up = np.array([0.0, 0.0, 1.0]) + 0.45 * to_camera / np.linalg.norm(to_camera)
     thumb_side = 1.0 if hand.handedness == "right" else -1.0
-    turn = Rotation.from_rotvec(thumb_side * _SUPINATION_RAD * direction).as_matrix()
+    turn = Rotation.from_rotvec(thumb_side * hand_placement_options.supination_rad * direction).as_matrix()
     rotation = turn @ _axes(direction, up) @ _axes(hand.pointing_axis, np.array([0.0, 0.0, 1.0])).T
     pose = np.eye(4)
     pose[:3, :3] = rotation
-    pose[:3, 3] = target - distance * direction - rotation @ hand.joints[INDEX_TIP]
+    pose[:3, 3] = target - distance * direction - rotation @ hand.joints[HandLandmark.INDEX_TIP]
     return pose
 
 
@@ -124,28 +133,39 @@ def _discomfort(turn: float, pitch: float, distance: float, away: float) -> floa
 
 
 def _cost(
-    hand: Hand, pose: FloatArray, target: FloatArray, obstacles: Sequence[Obstacle], table: Table, viewpoint: Viewpoint
+    hand: Hand,
+    pose: FloatArray,
+    target: FloatArray,
+    obstacles: Sequence[Obstacle],
+    table: Table,
+    viewpoint: Viewpoint,
+    *,
+    hand_model_options: HandModelOptions = HAND_MODEL,
 ) -> float:
     joints = hand.joints @ pose[:3, :3].T + pose[:3, 3]
-    arm = _arm_points() @ pose[:3, :3].T + pose[:3, 3]
+    arm = _arm_points(hand_model_options=hand_model_options) @ pose[:3, :3].T + pose[:3, 3]
     pixels = viewpoint.pixels(np.concatenate([joints, target[None]]))
     camera = viewpoint.camera
     margins = np.column_stack([pixels, camera.width - pixels[:, 0], camera.height - pixels[:, 1]]).min(axis=1)
-    hidden = float(np.clip((35.0 - np.nan_to_num(margins[:21], nan=-500.0)) / 35.0, 0.0, 4.0).mean())
-    finger = float(np.linalg.norm(pixels[INDEX_TIP] - pixels[INDEX_BASE]))
-    depth = float(np.linalg.norm(joints[INDEX_TIP] - viewpoint.pose[:3, 3]))
-    full = camera.fx * float(np.linalg.norm(hand.joints[INDEX_TIP] - hand.joints[INDEX_BASE])) / depth
+    hidden = float(np.clip((35.0 - np.nan_to_num(margins[: len(HandLandmark)], nan=-500.0)) / 35.0, 0.0, 4.0).mean())
+    finger = float(np.linalg.norm(pixels[HandLandmark.INDEX_TIP] - pixels[HandLandmark.INDEX_BASE]))
+    depth = float(np.linalg.norm(joints[HandLandmark.INDEX_TIP] - viewpoint.pose[:3, 3]))
+    full = (
+        camera.fx
+        * float(np.linalg.norm(hand.joints[HandLandmark.INDEX_TIP] - hand.joints[HandLandmark.INDEX_BASE]))
+        / depth
+    )
     foreshortened = float(np.clip(0.85 - finger / full, 0.0, 1.0))
     skeleton = np.concatenate([joints, arm])
     low = float(np.clip(table.height + 0.045 - _over_table(skeleton, table), 0.0, 0.1).max()) / 0.03
     touching = _touching(skeleton, obstacles)
-    crossing = _crossing(pixels[INDEX_TIP], pixels[21], target, obstacles, viewpoint)
+    crossing = _crossing(pixels[HandLandmark.INDEX_TIP], pixels[len(HandLandmark)], target, obstacles, viewpoint)
     return 6.0 * hidden + 3.0 * foreshortened + 3.0 * low + 3.0 * touching + 1.5 * crossing
 
 
 @functools.cache
-def _arm_points() -> FloatArray:
-    along = np.linspace(0.03, FOREARM_M + 0.1, 8)
+def _arm_points(*, hand_model_options: HandModelOptions = HAND_MODEL) -> FloatArray:
+    along = np.linspace(0.03, hand_model_options.forearm_m + 0.1, 8)
     return np.column_stack([-along, np.zeros(8), np.full(8, -0.03)])
 
 
@@ -172,7 +192,7 @@ def _crossing(
     along = aim - tip
     worst = 0.0
     for thing in obstacles:
-        if np.linalg.norm(thing.middle[:2] - target[:2]) < 0.03:
+        if np.linalg.norm(thing.middle[:2] - target[:2]) < HAND_PLACEMENT.same_place_m:
             continue
         centre = viewpoint.pixels(thing.middle[None])[0]
         radius = (

@@ -13,6 +13,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from enum import IntEnum
 from pathlib import Path
 
 import espeakng_loader
@@ -21,19 +22,37 @@ import numpy.typing as npt
 import soxr
 
 from uncom_sim.exceptions import VoiceError
-from uncom_sim.types import SpokenWord
+from uncom_sim.person.options import VOICE
+from uncom_sim.types import SAMPLE_RATE_HZ, SpokenWord
 
 Samples = npt.NDArray[np.float64]
 
-RATE_HZ = 16000
 # Voices of different people that the default recogniser, whose acoustic model is American, can follow; eSpeak's other
 # voices ("en+m1", "en-gb-x-rp") work by name and are misheard more often. After + comes the speaker variant.
 VOICES = ("en-us", "en-us+m1", "en-us+m3", "en-us+m7", "en-us+f1", "en-us+f2", "en-us+f4", "en+f2")
 
-_SYNCHRONOUS = 2
-_UTF8 = 1
-_RATE, _PITCH = 1, 3
-_EVENT_END, _EVENT_WORD = 0, 1
+
+class _Espeak(IntEnum):
+    """Values of speak_lib.h."""
+
+    AUDIO_OUTPUT_SYNCHRONOUS = 2
+    CHARS_UTF8 = 1
+
+
+class _Parameter(IntEnum):
+    """Parameters of the voice, espeak_PARAMETER in speak_lib.h."""
+
+    RATE = 1
+    PITCH = 3
+
+
+class _EventType(IntEnum):
+    """Kinds of events, espeak_EVENT_TYPE in speak_lib.h."""
+
+    LIST_TERMINATED = 0
+    WORD = 1
+
+
 _lock = threading.Lock()
 
 
@@ -47,7 +66,7 @@ class Utterance:
     @property
     def duration_s(self) -> float:
         """Length of the sound [s]."""
-        return len(self.samples) / RATE_HZ
+        return len(self.samples) / SAMPLE_RATE_HZ
 
 
 class _Event(ctypes.Structure):
@@ -84,7 +103,7 @@ def speak(text: str, voice: str = "en-us", words_per_minute: float = 150.0, pitc
         return Utterance(np.zeros(0), ())
     with _lock, _library() as (library, rate):
         raw, marks = _synthesize(library, text, voice, words_per_minute, pitch)
-    samples = np.asarray(soxr.resample(raw, rate, RATE_HZ))
+    samples = np.asarray(soxr.resample(raw, rate, SAMPLE_RATE_HZ))
     samples.flags.writeable = False
     starts = {position - 1: milliseconds / 1000.0 for position, milliseconds in marks}
     return Utterance(samples, _word_times(tokens, starts, samples))
@@ -101,7 +120,9 @@ def _library() -> Iterator[tuple[ctypes.CDLL, int]]:
     try:
         with tempfile.TemporaryDirectory(prefix="uncom_voice_") as folder:
             library = ctypes.CDLL(shutil.copy(original, folder))
-        rate = library.espeak_Initialize(_SYNCHRONOUS, 0, str(espeakng_loader.get_data_path()).encode(), 0)
+        rate = library.espeak_Initialize(
+            _Espeak.AUDIO_OUTPUT_SYNCHRONOUS, 0, str(espeakng_loader.get_data_path()).encode(), 0
+        )
     except OSError as err:
         raise VoiceError(f"eSpeak NG cannot be loaded: {err}") from err
     if rate <= 0:
@@ -124,8 +145,8 @@ def _synthesize(
         if wave and count > 0:
             chunks.append(np.ctypeslib.as_array(wave, shape=(count,)).copy())
         i = 0
-        while events[i].type != _EVENT_END:  # type: ignore[index]
-            if events[i].type == _EVENT_WORD:  # type: ignore[index]
+        while events[i].type != _EventType.LIST_TERMINATED:  # type: ignore[index]
+            if events[i].type == _EventType.WORD:  # type: ignore[index]
                 marks.append((events[i].text_position, events[i].audio_position))  # type: ignore[index]
             i += 1
         return 0
@@ -135,10 +156,10 @@ def _synthesize(
     if library.espeak_SetVoiceByName(voice.encode()) != 0:
         raise VoiceError(f"eSpeak NG has no voice {voice!r}; voices that work here: {', '.join(VOICES)}")
     library.espeak_ng_SetRandSeed(1)
-    library.espeak_SetParameter(_RATE, round(speed), 0)
-    library.espeak_SetParameter(_PITCH, round(pitch), 0)
+    library.espeak_SetParameter(_Parameter.RATE, round(speed), 0)
+    library.espeak_SetParameter(_Parameter.PITCH, round(pitch), 0)
     encoded = text.encode() + b"\0"
-    if library.espeak_Synth(encoded, len(encoded), 0, 1, 0, _UTF8, None, None) != 0:
+    if library.espeak_Synth(encoded, len(encoded), 0, 1, 0, _Espeak.CHARS_UTF8, None, None) != 0:
         raise VoiceError("eSpeak NG could not speak the sentence")
     library.espeak_Synchronize()
     return np.concatenate([np.zeros(1, np.int16), *chunks]) / 32768.0, marks
@@ -146,8 +167,8 @@ def _synthesize(
 
 def _word_times(tokens: list[re.Match[str]], starts: dict[int, float], samples: Samples) -> tuple[SpokenWord, ...]:
     """Give every word of the text its time; eSpeak sometimes runs words together and marks only the first."""
-    loud = np.flatnonzero(np.abs(samples) > 0.01)
-    end = float(loud[-1] + 1) / RATE_HZ if len(loud) else len(samples) / RATE_HZ
+    loud = np.flatnonzero(np.abs(samples) > VOICE.silence)
+    end = float(loud[-1] + 1) / SAMPLE_RATE_HZ if len(loud) else len(samples) / SAMPLE_RATE_HZ
     begins: list[float | None] = []
     for token in tokens:
         inside = [time for position, time in starts.items() if token.start() <= position < token.end()]
@@ -167,6 +188,6 @@ def _word_times(tokens: list[re.Match[str]], starts: dict[int, float], samples: 
 
 def _end_of_sound(start: float, end: float, samples: Samples) -> float:
     """Take the silence before the next word off a word."""
-    window = np.abs(samples[int(start * RATE_HZ) : int(end * RATE_HZ)])
-    loud = np.flatnonzero(window > 0.01)
-    return end if len(loud) == 0 else start + float(loud[-1] + 1) / RATE_HZ
+    window = np.abs(samples[int(start * SAMPLE_RATE_HZ) : int(end * SAMPLE_RATE_HZ)])
+    loud = np.flatnonzero(window > VOICE.silence)
+    return end if len(loud) == 0 else start + float(loud[-1] + 1) / SAMPLE_RATE_HZ

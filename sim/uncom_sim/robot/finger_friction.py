@@ -11,21 +11,27 @@ from __future__ import annotations
 import pybullet
 
 from uncom_sim.exceptions import SimError
-
-FRICTION_N = 12.0  # of one finger
-_BRISTLE = 0.001  # [m] the fingers give before they slip
-_CORRECTION = 0.5  # share of that made good in one step
+from uncom_sim.robot.options import FINGER_FRICTION, FingerFrictionOptions
 
 
 class FingerFriction:
     """The two fingers of one gripper: joints of a body, by their indices."""
 
-    def __init__(self, client: int, body: int, side: str, fingers: tuple[int, int]) -> None:
+    def __init__(
+        self,
+        client: int,
+        body: int,
+        side: str,
+        fingers: tuple[int, int],
+        *,
+        options: FingerFrictionOptions = FINGER_FRICTION,
+    ) -> None:
         """Join the fingers where they are.
 
         Raises:
             SimError: PyBullet makes no such constraint.
         """
+        self._options = options
         self._client = client
         self._gear = pybullet.createConstraint(
             body,
@@ -46,16 +52,16 @@ class FingerFriction:
     def follow(self, first: float, second: float) -> None:
         """Take the fingers' positions [m]; call once after each physics step."""
         lag = first - second - self._held
-        if abs(lag) > _BRISTLE:
-            self._held += lag - _BRISTLE if lag > 0.0 else lag + _BRISTLE
+        if abs(lag) > self._options.bristle_m:
+            self._held += lag - self._options.bristle_m if lag > 0.0 else lag + self._options.bristle_m
             self._hold()
 
     def _hold(self) -> None:
         pybullet.changeConstraint(
             self._gear,
             gearRatio=-1,
-            maxForce=FRICTION_N,
-            erp=_CORRECTION,
+            maxForce=self._options.friction_n,
+            erp=self._options.correction,
             relativePositionTarget=self._held,
             physicsClientId=self._client,
         )

@@ -10,15 +10,7 @@ from __future__ import annotations
 import math
 from xml.etree import ElementTree as ET
 
-STROKE = 0.045  # of one finger [m]
-EFFORT = 16.0  # of one finger [N]
-SPEED = 0.05  # of one finger [m/s]
-GRASPING_FRAME_Z = -0.12  # in gripper_<side>_link [m]
-PAD_SIZE = (0.01, 0.05, 0.11)  # thickness, width, length [m]
-PAD_CENTRE_Z = -0.165  # [m]
-_SOFT_MARGIN = 0.001  # [m]
-_MASS_PALM = 0.603  # [kg]
-_MASS_FINGER = 0.110  # [kg]
+from uncom_sim.robot.options import GRIPPER, GripperModel
 
 _LIGHT = ("GripperLight", "0.86 0.86 0.88 1")
 _DARK = ("GripperDark", "0.16 0.16 0.18 1")
@@ -59,71 +51,80 @@ def fixed_joint(name: str, parent: str, child: str, xyz: Triple, rpy: Triple) ->
     return joint
 
 
-def _finger_joint(name: str, parent: str, child: str, direction: float) -> ET.Element:
+def _finger_joint(
+    name: str, parent: str, child: str, direction: float, *, options: GripperModel = GRIPPER
+) -> ET.Element:
     joint = ET.Element("joint", name=name, type="prismatic")
     ET.SubElement(joint, "parent", link=parent)
     ET.SubElement(joint, "child", link=child)
     ET.SubElement(joint, "origin", xyz="0 0 0", rpy="0 0 0")
     ET.SubElement(joint, "axis", xyz=_text((direction, 0.0, 0.0)))
-    ET.SubElement(joint, "limit", lower="0", upper=f"{STROKE}", effort=f"{EFFORT}", velocity=f"{SPEED}")
+    ET.SubElement(
+        joint,
+        "limit",
+        lower="0",
+        upper=f"{options.stroke_m}",
+        effort=f"{options.effort_n}",
+        velocity=f"{options.speed_m_s}",
+    )
     ET.SubElement(joint, "dynamics", damping="2.0", friction="0.0")
     ET.SubElement(
         joint,
         "safety_controller",
         k_position="20",
         k_velocity="20",
-        soft_lower_limit=f"{_SOFT_MARGIN}",
-        soft_upper_limit=f"{STROKE - _SOFT_MARGIN}",
+        soft_lower_limit=f"{options.soft_limit_margin_m}",
+        soft_upper_limit=f"{options.stroke_m - options.soft_limit_margin_m}",
     )
     return joint
 
 
-def _palm(name: str) -> ET.Element:
+def _palm(name: str, *, options: GripperModel = GRIPPER) -> ET.Element:
     link = ET.Element("link", name=name)
-    _inertial(link, _MASS_PALM, (0.0, 0.0, -0.033), (0.10, 0.07, 0.10))
+    _inertial(link, options.palm_mass_kg, (0.0, 0.0, -0.033), (0.10, 0.07, 0.10))
     _shape(link, ("visual", "collision"), (0.056, 0.056, 0.026), (0.0, 0.0, -0.008), _DARK)
     _shape(link, ("visual", "collision"), (0.1032, 0.064, 0.07), (0.0, 0.0, -0.056), _LIGHT)
     _shape(link, ("visual",), (0.096, 0.03, 0.008), (0.0, 0.0, -0.094), _DARK)
     return link
 
 
-def _finger(name: str, direction: float) -> ET.Element:
+def _finger(name: str, direction: float, *, options: GripperModel = GRIPPER) -> ET.Element:
     """Make a finger whose pad's inner face lies in the plane x = 0 of the link."""
     link = ET.Element("link", name=name)
-    _inertial(link, _MASS_FINGER, (0.008 * direction, 0.0, -0.14), (0.016, 0.05, 0.14))
-    thickness, width, length = PAD_SIZE
-    _shape(link, ("collision",), PAD_SIZE, (direction * thickness / 2, 0.0, PAD_CENTRE_Z), _DARK)
+    _inertial(link, options.finger_mass_kg, (0.008 * direction, 0.0, -0.14), (0.016, 0.05, 0.14))
+    thickness, width, length = options.pad_size_m
+    _shape(link, ("collision",), options.pad_size_m, (direction * thickness / 2, 0.0, options.pad_centre_z_m), _DARK)
     # What is seen: a rubber pad on a metal back that tapers towards the tip, on a carriage.
     pad = (0.004, width - 0.004, length - 0.004)
-    _shape(link, ("visual",), pad, (direction * 0.002, 0.0, PAD_CENTRE_Z), _DARK)
+    _shape(link, ("visual",), pad, (direction * 0.002, 0.0, options.pad_centre_z_m), _DARK)
     back = (0.006, width, length)
-    _shape(link, ("visual",), back, (direction * 0.007, 0.0, PAD_CENTRE_Z), _LIGHT)
+    _shape(link, ("visual",), back, (direction * 0.007, 0.0, options.pad_centre_z_m), _LIGHT)
     carriage = (0.016, 0.03, 0.026)
     _shape(link, ("visual",), carriage, (direction * 0.010, 0.0, -0.108), _DARK)
     return link
 
 
-def gripper_elements(side: str, parent: str) -> list[ET.Element]:
+def gripper_elements(side: str, parent: str, *, options: GripperModel = GRIPPER) -> list[ET.Element]:
     """Return the links and joints of the gripper on a side ("left" or "right"), fixed to a parent link."""
     name = f"gripper_{side}"
     mount: tuple[Triple, Triple] = ((0.01, 0.0, 0.0), (math.pi / 2, math.pi / 2, -math.pi / 2))
     elements = [
         ET.Element("link", name=f"{name}_tool_link"),
         fixed_joint(f"{name}_tool_joint", parent, f"{name}_tool_link", *mount),
-        _palm(f"{name}_link"),
+        _palm(f"{name}_link", options=options),
         fixed_joint(f"{name}_joint", parent, f"{name}_link", *mount),
     ]
     for finger, direction in (("right", 1.0), ("left", -1.0)):
         child = f"{name}_{finger}_finger"
         elements += [
-            _finger(f"{child}_link", direction),
-            _finger_joint(f"{child}_joint", f"{name}_link", f"{child}_link", direction),
+            _finger(f"{child}_link", direction, options=options),
+            _finger_joint(f"{child}_joint", f"{name}_link", f"{child}_link", direction, options=options),
         ]
     frame = f"{name}_grasping_frame"
     # x of the grasping frame is the approach direction, y the opening axis (towards the left finger).
     turn: Triple = (-math.pi / 2, math.pi / 2, 0.0)
     elements += [
         ET.Element("link", name=frame),
-        fixed_joint(f"{frame}_joint", f"{name}_link", frame, (0.0, 0.0, GRASPING_FRAME_Z), turn),
+        fixed_joint(f"{frame}_joint", f"{name}_link", frame, (0.0, 0.0, options.grasping_frame_z_m), turn),
     ]
     return elements

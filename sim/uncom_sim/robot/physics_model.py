@@ -15,14 +15,14 @@ import numpy as np
 from uncom_common.transforms import FloatArray
 
 from uncom_sim.robot.kinematics import Joint, joint_from_element, origin_matrix, set_origin
+from uncom_sim.robot.options import JOINT_DRIVES, JointDriveOptions
 
 BASE_JOINTS = ("base_x", "base_y", "base_yaw")
 ROOT = "base_footprint"
 _ROLLING = ("wheel_", "caster_", "suspension_")
-BASE_EFFORTS = (600.0, 600.0, 300.0)  # what the drive can push and turn with [N, N, N m]
 
 
-def physics_urdf(urdf: str) -> str:
+def physics_urdf(urdf: str, *, options: JointDriveOptions = JOINT_DRIVES) -> str:
     """Return a URDF with the same shapes and masses, without fixed joints, on a planar base."""
     robot = ET.fromstring(urdf)  # noqa: S314  (our own text)
     links = {link.get("name", ""): link for link in robot.findall("link")}
@@ -49,7 +49,7 @@ def physics_urdf(urdf: str) -> str:
     for name, link in links.items():
         if carriers[name][0] != name:
             robot.remove(link)
-    robot.extend(_planar_base())
+    robot.extend(_planar_base(options=options))
     ET.indent(robot)
     return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode")
 
@@ -117,7 +117,7 @@ def _inertial(mass: float, centre: FloatArray, tensor: FloatArray) -> ET.Element
     return element
 
 
-def _planar_base() -> list[ET.Element]:
+def _planar_base(*, options: JointDriveOptions = JOINT_DRIVES) -> list[ET.Element]:
     """Return world -> x -> y -> yaw -> base_footprint."""
     chain = [("world", "base_x", "prismatic", "1 0 0"), ("base_x_link", "base_y", "prismatic", "0 1 0")]
     chain.append(("base_y_link", "base_yaw", "continuous", "0 0 1"))
@@ -128,7 +128,7 @@ def _planar_base() -> list[ET.Element]:
         ET.SubElement(joint, "parent", link=parent)
         ET.SubElement(joint, "child", link=child)
         ET.SubElement(joint, "axis", xyz=axis)
-        effort = BASE_EFFORTS[BASE_JOINTS.index(name)]
+        effort = options.base_efforts[BASE_JOINTS.index(name)]
         ET.SubElement(joint, "limit", lower="-100", upper="100", effort=f"{effort}", velocity="2.1")
         elements.append(joint)
         if child != ROOT:

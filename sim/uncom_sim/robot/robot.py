@@ -18,15 +18,13 @@ from uncom_sim.robot.description import tiago_urdf
 from uncom_sim.robot.finger_friction import FingerFriction
 from uncom_sim.robot.joint_names import ACTUATED, FINGERS, home_positions
 from uncom_sim.robot.kinematics import Kinematics
-from uncom_sim.robot.physics_model import BASE_EFFORTS, BASE_JOINTS, physics_urdf
+from uncom_sim.robot.options import JOINT_DRIVES, JointDriveOptions
+from uncom_sim.robot.physics_model import BASE_JOINTS, physics_urdf
 from uncom_sim.robot.visual_meshes import with_file_paths
 
 IntArray = npt.NDArray[np.intp]
 
 TIME_STEP_S = 1.0 / 240.0
-_POSITION_GAIN = 0.1  # share of a position error made good in one step
-_PAD_FRICTION = 1.2  # rubber
-_BASE_LEAD = np.array([0.02, 0.02, 0.02])  # how far the base's set-point may run ahead of it [m, m, rad]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,12 +49,15 @@ class JointReadings:
 class Robot:
     """One TIAGo++ in one PyBullet client."""
 
-    def __init__(self, client: int, options: RobotOptions | None = None) -> None:
+    def __init__(
+        self, client: int, options: RobotOptions | None = None, *, joint_drive_options: JointDriveOptions = JOINT_DRIVES
+    ) -> None:
         """Load the robot into a client and put it in its start pose.
 
         Raises:
             SimError: the model is missing or PyBullet refuses it.
         """
+        self._joint_drive_options = joint_drive_options
         options = options or RobotOptions()
         self._client = client
         self.kinematics = Kinematics(tiago_urdf())
@@ -68,15 +69,18 @@ class Robot:
             indices[info[1].decode()] = index
             self.links[info[12].decode()] = index
         self._joints = [indices[name] for name in ACTUATED]
-        self._gains = [_POSITION_GAIN] * (len(ACTUATED) + len(BASE_JOINTS)), [1.0] * (len(ACTUATED) + len(BASE_JOINTS))
+        self._gains = (
+            [joint_drive_options.position_gain] * (len(ACTUATED) + len(BASE_JOINTS)),
+            [1.0] * (len(ACTUATED) + len(BASE_JOINTS)),
+        )
         self._base = [indices[name] for name in BASE_JOINTS]
         joints = [self.kinematics.joints[name] for name in ACTUATED]
         self.lower = np.array([joint.lower for joint in joints])
         self.upper = np.array([joint.upper for joint in joints])
         self.max_velocity = np.array([joint.velocity for joint in joints])
-        self._efforts = [*(joint.effort for joint in joints), *BASE_EFFORTS]
+        self._efforts = [*(joint.effort for joint in joints), *joint_drive_options.base_efforts]
         # The motor asks for gain * error / step, so this much error asks for the joint's full speed.
-        self._max_error = self.max_velocity * TIME_STEP_S / _POSITION_GAIN
+        self._max_error = self.max_velocity * TIME_STEP_S / joint_drive_options.position_gain
         self._spindles: list[tuple[FingerFriction, tuple[int, int]]] = []  # with their places among ACTUATED
         self._set_dynamics()
         self._place(options)
@@ -99,7 +103,7 @@ class Robot:
                 pybullet.changeDynamics(
                     self.body,
                     finger,
-                    lateralFriction=_PAD_FRICTION,
+                    lateralFriction=self._joint_drive_options.pad_friction,
                     spinningFriction=0.02,
                     rollingFriction=0.002,
                     frictionAnchor=1,
@@ -163,7 +167,9 @@ class Robot:
         heading = actual[2] + 0.5 * angular * TIME_STEP_S
         velocity = np.array([linear * np.cos(heading), linear * np.sin(heading), angular])
         self._base_target = self._base_target + velocity * TIME_STEP_S
-        self._base_target = actual + np.clip(self._base_target - actual, -_BASE_LEAD, _BASE_LEAD)
+        self._base_target = actual + np.clip(
+            self._base_target - actual, -self._joint_drive_options.base_lead, self._joint_drive_options.base_lead
+        )
         return self._base_target, velocity
 
     def update(self) -> None:

@@ -20,10 +20,9 @@ import numpy.typing as npt
 import trimesh
 
 from uncom_sim.robot.description import package_directory
+from uncom_sim.robot.options import VISUAL_MESHES
 
 _VERSION = "3"
-_CELLS = {"pmb2": 0.016, "torso": 0.012, "head": 0.007}  # grid by part of the robot [m]
-_CELL = 0.008  # elsewhere: the arms, which come near the camera [m]
 _SCHEME = "package://"
 
 FloatArray = npt.NDArray[np.float64]
@@ -67,7 +66,7 @@ def _light_copy(source: Path) -> Path:
     if target.exists():
         return target
     mesh = cast("trimesh.Trimesh", trimesh.load(source, force="mesh"))
-    cell = next((size for part, size in _CELLS.items() if part in source.parts), _CELL)
+    cell = next((size for part, size in VISUAL_MESHES.cells_m if part in source.parts), VISUAL_MESHES.cell_m)
     vertices, normals, faces = cluster(
         np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64), np.asarray(mesh.vertex_normals), cell
     )

@@ -15,21 +15,11 @@ import shapely
 from uncom_sim.objects.catalogue import model
 from uncom_sim.objects.footprint import outline
 from uncom_sim.scoring.end_state import PhysicalResult
+from uncom_sim.scoring.options import ACTS, ActCriteria
 from uncom_sim.types import FloatArray, Meaning, ObjectState, SceneObject, Table
 from uncom_sim.world.simulator import Simulator
 
-EVERY_STEPS = 24  # 0.1 s of simulated time
-TILT = np.radians(95.0)  # what is tilted further than this runs empty
-POURED_S = 0.5
-SPILLING = np.radians(60.0)  # a full container tilted this far loses something
-STAYED_M = 0.05
-GIVEN_AHEAD_M = 0.45
-GIVEN_ABOVE_M = 0.15
-POINTED_M = 0.03  # between the line of the finger and the thing
-POINTED_FROM_M = 0.25
 HANDS = ("left", "right")
-_LEVEL = float(np.cos(np.radians(35.0)))
-_TIP_M = 0.05  # how far before the grasping frame the line that points is looked at first
 _FILLED = ("mug", "cup", "bowl", "bottle", "can")
 
 
@@ -67,6 +57,8 @@ def judge_act(
     things: tuple[ObjectState, ObjectState | None],
     held: frozenset[str],
     table: Table,
+    *,
+    options: ActCriteria = ACTS,
 ) -> PhysicalResult:
     """Add to the judgement of the end what has to have happened on the way.
 
@@ -77,34 +69,37 @@ def judge_act(
         things: the object and the target as they were before.
         held: ids of what is between two fingers at the end.
         table: the table.
+        options: the criteria.
     """
     thing, target = things
     if act in ("pick", "give"):
         if thing.id not in held:
             return replace(result, success=False, reason=f"{thing.id} is not between the fingers")
-        success, reason = _held_out(thing, moments[-1], table) if act == "give" else (True, result.reason)
+        success, reason = (
+            _held_out(thing, moments[-1], table, options=options) if act == "give" else (True, result.reason)
+        )
     elif held:
         return replace(result, success=False, reason=f"{', '.join(sorted(held))} is still between the fingers")
     elif act == "pour" and target is not None:
-        success, reason = _poured(thing, target, moments)
+        success, reason = _poured(thing, target, moments, options=options)
     elif act == "point":
-        success, reason = _pointed(thing, moments, table)
+        success, reason = _pointed(thing, moments, table, options=options)
     else:
         return result
-    if act in ("pour", "point") and success and result.object_moved_m > STAYED_M:
+    if act in ("pour", "point") and success and result.object_moved_m > options.stayed_m:
         success, reason = False, f"{reason}, but it was moved by {result.object_moved_m:.2f} m"
     if not result.success:
         return result if reason == result.reason else replace(result, reason=f"{reason}; {result.reason}")
     return replace(result, success=success, reason=reason)
 
 
-def _held_out(thing: ObjectState, end: Moment, table: Table) -> tuple[bool, str]:
+def _held_out(thing: ObjectState, end: Moment, table: Table, *, options: ActCriteria = ACTS) -> tuple[bool, str]:
     """Judge whether a thing hangs high over the table, ahead of the robot, and nothing runs out of it."""
     points = np.concatenate(model(thing.kind, thing.colour).hulls) @ end.thing[:3, :3].T + end.thing[:3, 3]
     above, ahead = float(points[:, 2].min()) - table.height, float(end.thing[0, 3])
-    if thing.kind in _FILLED and end.thing[2, 2] < _LEVEL:
+    if thing.kind in _FILLED and end.thing[2, 2] < options.level_cos:
         return False, f"{thing.id} is held out tilted"
-    good = above > GIVEN_ABOVE_M and ahead > GIVEN_AHEAD_M
+    good = above > options.given_above_m and ahead > options.given_ahead_m
     return good, f"{thing.id} is held out {ahead:.2f} m ahead, {above:.2f} m above the table"
 
 
@@ -122,7 +117,9 @@ def mouth(thing: ObjectState) -> FloatArray:
     return np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles), np.full(24, z)])
 
 
-def _poured(thing: ObjectState, target: ObjectState, moments: Sequence[Moment]) -> tuple[bool, str]:
+def _poured(
+    thing: ObjectState, target: ObjectState, moments: Sequence[Moment], *, options: ActCriteria = ACTS
+) -> tuple[bool, str]:
     """Judge whether the mouth was tipped over the opening of the target for long enough, and never beside it."""
     opening = model(target.kind, target.colour).opening
     if opening is None:
@@ -133,19 +130,21 @@ def _poured(thing: ObjectState, target: ObjectState, moments: Sequence[Moment]) 
         tilt = float(np.arccos(np.clip(moment.thing[2, 2], -1.0, 1.0)))
         steepest = max(steepest, tilt)
         span, before = moment.time_s - before, moment.time_s
-        if tilt < SPILLING or moment.target is None:
+        if tilt < options.spilling_tilt_rad or moment.target is None:
             continue
         ring = edge @ moment.thing[:3, :3].T + moment.thing[:3, 3]
         lowest = (ring[ring[:, 2].argmin()] - moment.target[:3, 3]) @ moment.target[:3, :3]
         away = float(np.hypot(lowest[0] - opening.centre[0], lowest[1] - opening.centre[1]))
         if away > opening.radius or lowest[2] < opening.rim_z:
             return False, f"{thing.id} was tilted by {np.degrees(tilt):.0f} degrees {away:.2f} m off {target.id}"
-        poured += span if tilt > TILT else 0.0
+        poured += span if tilt > options.pouring_tilt_rad else 0.0
     text = f"{thing.id} was tilted by {np.degrees(steepest):.0f} degrees over {target.id}, poured for {poured:.1f} s"
-    return poured >= POURED_S, text
+    return poured >= options.poured_s, text
 
 
-def _pointed(thing: ObjectState, moments: Sequence[Moment], table: Table) -> tuple[bool, str]:
+def _pointed(
+    thing: ObjectState, moments: Sequence[Moment], table: Table, *, options: ActCriteria = ACTS
+) -> tuple[bool, str]:
     """Judge whether the line of a hand's fingers met the thing, from near, at some moment."""
     corners = np.concatenate(model(thing.kind, thing.colour).hulls) @ thing.pose[:3, :3].T + thing.pose[:3, 3]
     low, high = table.height, float(corners[:, 2].max())
@@ -153,11 +152,11 @@ def _pointed(thing: ObjectState, moments: Sequence[Moment], table: Table) -> tup
     x, y = map(float, thing.position[:2])
     shape = outline(SceneObject(thing.id, thing.kind, thing.colour, x, y, yaw))
     best = np.inf
-    along = np.arange(_TIP_M, POINTED_FROM_M + _TIP_M, 0.01)
+    along = np.arange(options.tip_m, options.pointed_from_m + options.tip_m, 0.01)
     for moment in moments:
         for hand in moment.hands:
             line = hand[:3, 3] + along[:, None] * hand[:3, 0]
             beyond = np.maximum(np.maximum(low - line[:, 2], line[:, 2] - high), 0.0)
             gaps = shapely.distance(shape, shapely.points(line[:, :2]))
             best = min(best, float(np.hypot(beyond, gaps).min()))
-    return best < POINTED_M, f"the line of the fingers passed {thing.id} at {best:.2f} m"
+    return best < options.pointed_m, f"the line of the fingers passed {thing.id} at {best:.2f} m"

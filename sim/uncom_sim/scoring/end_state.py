@@ -16,17 +16,10 @@ import shapely
 from uncom_sim.exceptions import SceneError
 from uncom_sim.objects.catalogue import model
 from uncom_sim.objects.footprint import outline
-from uncom_sim.types import Meaning, ObjectState, Point2, SceneObject, Table
+from uncom_sim.scoring.options import END_STATE, RELATION_CRITERIA, EndStateCriteria, RelationCriteria
+from uncom_sim.types import DIRECTIONS, NEGLIGIBLE, Meaning, ObjectState, Point2, SceneObject, Table
 
-MOVED_M = 0.05  # other things may be brushed, not carried off
-LIFTED_M = 0.05
-AREA_RADIUS_M = 0.12
-NEAR_M = 0.15
-BESIDE_M = 0.30
-DIRECTIONS = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
-_UPRIGHT = float(np.cos(np.radians(30.0)))
 _LIES = ("banana", "apple", "lemon", "orange", "pear", "spoon")  # any way up
-_CONE = float(np.cos(np.radians(50.0)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +57,15 @@ def nearest_object(states: Sequence[ObjectState], x: float, y: float, within_m: 
     return None if best is None else best[2]
 
 
-def judge(before: Sequence[ObjectState], after: Sequence[ObjectState], goal: Meaning, table: Table) -> PhysicalResult:
+def judge(
+    before: Sequence[ObjectState],
+    after: Sequence[ObjectState],
+    goal: Meaning,
+    table: Table,
+    *,
+    end_state_criteria: EndStateCriteria = END_STATE,
+    relation_criteria: RelationCriteria = RELATION_CRITERIA,
+) -> PhysicalResult:
     """Compare the world before and after with what was to happen.
 
     Args:
@@ -72,6 +73,8 @@ def judge(before: Sequence[ObjectState], after: Sequence[ObjectState], goal: Mea
         after: where everything is once it has come to rest.
         goal: what was to happen; relation "none" is: lift the object.
         table: the table.
+        end_state_criteria: what must hold at the end.
+        relation_criteria: when something is near, beside or at a place.
 
     Raises:
         SceneError: the goal names a thing that is not there.
@@ -83,48 +86,79 @@ def judge(before: Sequence[ObjectState], after: Sequence[ObjectState], goal: Mea
     moved = {i: float(np.linalg.norm(now[i].position - was[i].position)) for i in now if i in was}
     others = max(((moved[i], i) for i in moved if i not in (goal.object, goal.target)), default=(0.0, ""))
     target_moved = 0.0 if goal.target is None else moved[goal.target]
-    success, reason = _goal_reached(was, now, goal, table)
-    if success and others[0] > MOVED_M:
+    success, reason = _goal_reached(
+        was, now, goal, table, end_state_criteria=end_state_criteria, relation_criteria=relation_criteria
+    )
+    if success and others[0] > end_state_criteria.moved_m:
         success, reason = False, f"{reason}, but {others[1]} was moved by {others[0]:.2f} m"
-    if success and target_moved > 2 * MOVED_M:
+    if success and target_moved > 2 * end_state_criteria.moved_m:
         success, reason = False, f"{reason}, but {goal.target} was moved by {target_moved:.2f} m"
     return PhysicalResult(success, reason, moved[goal.object], max(others[0], target_moved))
 
 
 def _goal_reached(
-    was: Mapping[str, ObjectState], now: Mapping[str, ObjectState], goal: Meaning, table: Table
+    was: Mapping[str, ObjectState],
+    now: Mapping[str, ObjectState],
+    goal: Meaning,
+    table: Table,
+    *,
+    end_state_criteria: EndStateCriteria = END_STATE,
+    relation_criteria: RelationCriteria = RELATION_CRITERIA,
 ) -> tuple[bool, str]:
     thing = now[goal.object]
     rise = float(thing.position[2] - was[goal.object].position[2])
-    if thing.position[2] < table.height - 0.05:
+    if thing.position[2] < table.height - end_state_criteria.fallen_m:
         return False, f"{goal.object} fell off the table"
     if goal.relation == "none":
-        return rise > LIFTED_M, f"{goal.object} was {'' if rise > LIFTED_M else 'not '}lifted"
-    reached, reason = _related(thing, goal, now, table)
-    if reached and thing.kind not in _LIES and thing.pose[2, 2] < _UPRIGHT <= was[goal.object].pose[2, 2]:
+        return (
+            rise > end_state_criteria.lifted_m,
+            f"{goal.object} was {'' if rise > end_state_criteria.lifted_m else 'not '}lifted",
+        )
+    reached, reason = _related(
+        thing, goal, now, table, end_state_criteria=end_state_criteria, relation_criteria=relation_criteria
+    )
+    if (
+        reached
+        and thing.kind not in _LIES
+        and thing.pose[2, 2] < end_state_criteria.upright_cos <= was[goal.object].pose[2, 2]
+    ):
         return False, f"{reason}, but it was tipped over"
     return reached, reason
 
 
-def _related(thing: ObjectState, goal: Meaning, now: Mapping[str, ObjectState], table: Table) -> tuple[bool, str]:
+def _related(
+    thing: ObjectState,
+    goal: Meaning,
+    now: Mapping[str, ObjectState],
+    table: Table,
+    *,
+    end_state_criteria: EndStateCriteria = END_STATE,
+    relation_criteria: RelationCriteria = RELATION_CRITERIA,
+) -> tuple[bool, str]:
     if goal.relation == "area":
-        return _in_area(thing, goal.area, table)
+        return _in_area(thing, goal.area, table, relation_criteria=relation_criteria)
     if goal.target is None:
         raise SceneError(f"a goal with the relation {goal.relation!r} needs a target")
     target = now[goal.target]
     if goal.relation == "in" and model(target.kind, target.colour).opening is not None:
-        return _inside(thing, target)
+        return _inside(thing, target, end_state_criteria=end_state_criteria)
     if goal.relation in ("in", "on"):
-        return _on_top(thing, target)
-    return _beside(thing, target, goal.relation, table)
+        return _on_top(thing, target, end_state_criteria=end_state_criteria)
+    return _beside(thing, target, goal.relation, table, relation_criteria=relation_criteria)
 
 
-def _inside(thing: ObjectState, target: ObjectState, over_rim_m: float = -0.003) -> tuple[bool, str]:
+def _inside(
+    thing: ObjectState,
+    target: ObjectState,
+    over_rim_m: float = -0.003,
+    *,
+    end_state_criteria: EndStateCriteria = END_STATE,
+) -> tuple[bool, str]:
     """Within the opening, and its underside no more than over_rim_m above the rim: not lying across it."""
     opening = model(target.kind, target.colour).opening
     if opening is None:
-        return _on_top(thing, target)
-    if target.pose[2, 2] < _UPRIGHT:
+        return _on_top(thing, target, end_state_criteria=end_state_criteria)
+    if target.pose[2, 2] < end_state_criteria.upright_cos:
         return False, f"{target.id} was tipped over"
     place = target.pose[:3, :3].T @ (thing.position - target.position)
     away = float(np.hypot(place[0] - opening.centre[0], place[1] - opening.centre[1]))
@@ -138,45 +172,59 @@ def _inside(thing: ObjectState, target: ObjectState, over_rim_m: float = -0.003)
     return True, f"{thing.id} is in {target.id}"
 
 
-def _on_top(thing: ObjectState, target: ObjectState) -> tuple[bool, str]:
+def _on_top(
+    thing: ObjectState, target: ObjectState, *, end_state_criteria: EndStateCriteria = END_STATE
+) -> tuple[bool, str]:
     shape = model(target.kind, target.colour)
     if shape.opening is not None:
-        held, reason = _inside(thing, target, over_rim_m=0.03)
+        held, reason = _inside(
+            thing, target, over_rim_m=end_state_criteria.over_rim_m, end_state_criteria=end_state_criteria
+        )
         return held, reason.replace(" in ", " on ")
     rests_at, top = _heights(thing)[0], _heights(target)[1]
     over = bool(_outline(target).buffer(0.01).contains(shapely.Point(*thing.position[:2])))
-    if not over or abs(rests_at - top) > 0.03:
+    if not over or abs(rests_at - top) > end_state_criteria.over_rim_m:
         return False, f"{thing.id} is not on {target.id}"
     return True, f"{thing.id} is on {target.id}"
 
 
-def _beside(thing: ObjectState, target: ObjectState, relation: str, table: Table) -> tuple[bool, str]:
+def _beside(
+    thing: ObjectState,
+    target: ObjectState,
+    relation: str,
+    table: Table,
+    *,
+    relation_criteria: RelationCriteria = RELATION_CRITERIA,
+) -> tuple[bool, str]:
     if not _stands_on(thing, table):
         return False, f"{thing.id} does not lie on the table"
     words = relation.replace("_", " ").replace("in front", "in front")
     gap = float(_outline(thing).distance(_outline(target)))
     if relation == "next_to":
-        return gap <= NEAR_M, f"{thing.id} is {gap:.2f} m from {target.id}"
+        return gap <= relation_criteria.near_m, f"{thing.id} is {gap:.2f} m from {target.id}"
     offset = thing.position[:2] - target.position[:2]
     length = float(np.linalg.norm(offset))
-    if length < 1e-6 or float(offset @ DIRECTIONS[relation]) / length < _CONE:
+    if length < NEGLIGIBLE or float(offset @ DIRECTIONS[relation]) / length < relation_criteria.cone_cos:
         return False, f"{thing.id} is not {words} {target.id}"
-    if gap > BESIDE_M:
+    if gap > relation_criteria.beside_m:
         return False, f"{thing.id} is {gap:.2f} m from {target.id}, too far to be called {words} it"
     return True, f"{thing.id} is {words} {target.id}, {gap:.2f} m away"
 
 
-def _in_area(thing: ObjectState, area: Point2 | None, table: Table) -> tuple[bool, str]:
+def _in_area(
+    thing: ObjectState, area: Point2 | None, table: Table, *, relation_criteria: RelationCriteria = RELATION_CRITERIA
+) -> tuple[bool, str]:
     if area is None:
         raise SceneError("a goal with the relation 'area' needs an area")
     away = float(np.hypot(*(thing.position[:2] - area)))
     if not _stands_on(thing, table):
         return False, f"{thing.id} does not lie on the table"
-    return away <= AREA_RADIUS_M, f"{thing.id} is {away:.2f} m from the place meant"
+    return away <= relation_criteria.area_radius_m, f"{thing.id} is {away:.2f} m from the place meant"
 
 
-def _stands_on(thing: ObjectState, table: Table) -> bool:
-    return table.contains(*map(float, thing.position[:2])) and abs(_heights(thing)[0] - table.height) < 0.02
+def _stands_on(thing: ObjectState, table: Table, options: EndStateCriteria = END_STATE) -> bool:
+    gap = abs(_heights(thing)[0] - table.height)
+    return table.contains(*map(float, thing.position[:2])) and gap < options.lying_m
 
 
 def _heights(state: ObjectState) -> tuple[float, float]:

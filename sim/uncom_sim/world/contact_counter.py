@@ -7,16 +7,24 @@ from collections.abc import Mapping
 
 import pybullet
 
-_APART_S = 0.25  # touches closer together than this are one
+from uncom_sim.world.options import PHYSICS, PhysicsOptions
 
 
 class ContactCounter:
     """Counts touches of the table and of bystanders: things that the robot never held between two fingers."""
 
     def __init__(
-        self, client: int, robot: int, table: int, objects: Mapping[str, int], fingers: Mapping[int, int]
+        self,
+        client: int,
+        robot: int,
+        table: int,
+        objects: Mapping[str, int],
+        fingers: Mapping[int, int],
+        *,
+        options: PhysicsOptions = PHYSICS,
     ) -> None:
         """Watch a robot body; `fingers` names the gripper (any number) of each finger link."""
+        self._options = options
         self._client = client
         self._robot = robot
         self._table = table
@@ -44,7 +52,7 @@ class ContactCounter:
         self._between = frozenset(other for (other, _), links in grips.items() if len(links) > 1)
         self._held |= self._between
         for other in touched:
-            if time_s - self._last.get(other, -1e9) > _APART_S:
+            if time_s - self._last.get(other, -1e9) > self._options.contact_gap_s:
                 self._touches[other] = self._touches.get(other, 0) + 1
             self._last[other] = time_s
 

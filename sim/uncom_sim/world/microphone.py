@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-SAMPLE_RATE_HZ = 16000
-_ROOM_NOISE = 6.0  # standard deviation [of 32767]: a quiet room
+from uncom_sim.types import SAMPLE_RATE_HZ
+from uncom_sim.world.options import MICROPHONE, MicrophoneOptions
 
 Samples = npt.NDArray[np.int16]
 
@@ -15,8 +15,9 @@ Samples = npt.NDArray[np.int16]
 class Microphone:
     """Turns simulated time into sound, chunk by chunk."""
 
-    def __init__(self, voice: Samples, start_s: float, seed: int) -> None:
+    def __init__(self, voice: Samples, start_s: float, seed: int, *, options: MicrophoneOptions = MICROPHONE) -> None:
         """Listen from `start_s` on; the voice (N,) is heard after `speak`."""
+        self._options = options
         self._voice = voice
         self._speech_start: int | None = None
         self._start_s = start_s
@@ -33,7 +34,7 @@ class Microphone:
         if self._heard + count > (until_s - self._start_s) * SAMPLE_RATE_HZ + 1e-6:
             return None
         first, self._heard = self._heard, self._heard + count
-        sound = self._rng.normal(0.0, _ROOM_NOISE, count)
+        sound = self._rng.normal(0.0, self._options.room_noise, count)
         if self._speech_start is not None:
             begin = max(first, self._speech_start)
             end = min(first + count, self._speech_start + len(self._voice))

@@ -9,24 +9,22 @@ from itertools import combinations
 from uncom_sim.exceptions import SceneError
 from uncom_sim.objects.footprint import ground_point, outline
 from uncom_sim.types import SceneObject, Table
-
-OVERLAP_M2 = 2e-6
-EDGE_M = 0.01
+from uncom_sim.world.options import PLACEMENT, PlacementOptions
 
 
-def check_placement(objects: Sequence[SceneObject], table: Table) -> None:
+def check_placement(objects: Sequence[SceneObject], table: Table, *, options: PlacementOptions = PLACEMENT) -> None:
     """Refuse objects that stand off the table or in one another.
 
     Raises:
         SceneError: names the object, or both.
     """
     for thing in objects:
-        if not table.contains(*ground_point(thing), margin=EDGE_M):
+        if not table.contains(*ground_point(thing), margin=options.edge_m):
             raise SceneError(
                 f"object {thing.id!r} at ({thing.x:g}, {thing.y:g}) is not on the table: x must be between "
                 f"{table.x_min:g} and {table.x_max:g}, y between {table.y_min:g} and {table.y_max:g}"
             )
     outlines = [outline(thing) for thing in objects]
     for (a, shape_a), (b, shape_b) in combinations(zip(objects, outlines, strict=True), 2):
-        if shape_a.intersection(shape_b).area > OVERLAP_M2:
+        if shape_a.intersection(shape_b).area > options.overlap_m2:
             raise SceneError(f"objects {a.id!r} and {b.id!r} overlap; move one of them")

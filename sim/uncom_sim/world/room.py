@@ -13,17 +13,10 @@ import pybullet
 from PIL import Image
 
 from uncom_sim.types import Light, Table
+from uncom_sim.world.options import ROOM, RoomOptions
 
 Rgb = tuple[float, float, float]
 Texture = npt.NDArray[np.uint8]
-
-TOP_THICKNESS_M = 0.035
-LEG_M = 0.05
-ROOM_M = 6.0
-# Woods and paints that real rooms have; all of them dull, so that objects stand out as they do at home.
-_WOODS: tuple[Rgb, ...] = ((0.66, 0.52, 0.37), (0.60, 0.45, 0.31), (0.71, 0.59, 0.45), (0.55, 0.43, 0.33))
-_WALLS: tuple[Rgb, ...] = ((0.80, 0.81, 0.80), (0.77, 0.80, 0.82), (0.82, 0.79, 0.74))
-_FLOORS: tuple[Rgb, ...] = ((0.45, 0.45, 0.46), (0.52, 0.50, 0.47), (0.40, 0.42, 0.44))
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,13 +28,15 @@ class Room:
     textures: dict[int, Texture]
 
 
-def build_room(client: int, table: Table, rng: np.random.Generator) -> Room:
+def build_room(client: int, table: Table, rng: np.random.Generator, *, options: RoomOptions = ROOM) -> Room:
     """Build floor, walls and table into a PyBullet world; rng draws materials and light."""
-    wood, paint, ground = (choices[int(rng.integers(len(choices)))] for choices in (_WOODS, _WALLS, _FLOORS))
+    wood, paint, ground = (
+        choices[int(rng.integers(len(choices)))] for choices in (options.woods, options.walls, options.floors)
+    )
     textures: dict[int, Texture] = {}
-    _floor(client, ground, rng, textures)
-    _walls(client, paint)
-    return Room(_table(client, table, wood, rng, textures), random_light(rng), textures)
+    _floor(client, ground, rng, textures, options=options)
+    _walls(client, paint, options=options)
+    return Room(_table(client, table, wood, rng, textures, options=options), random_light(rng), textures)
 
 
 def random_light(rng: np.random.Generator) -> Light:
@@ -61,11 +56,13 @@ def random_light(rng: np.random.Generator) -> Light:
     )
 
 
-def _floor(client: int, colour: Rgb, rng: np.random.Generator, textures: dict[int, Texture]) -> None:
+def _floor(
+    client: int, colour: Rgb, rng: np.random.Generator, textures: dict[int, Texture], *, options: RoomOptions = ROOM
+) -> None:
     plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
     seen = pybullet.createVisualShape(
         pybullet.GEOM_BOX,
-        halfExtents=[ROOM_M, ROOM_M, 0.01],
+        halfExtents=[options.half_size_m, options.half_size_m, 0.01],
         visualFramePosition=[0.0, 0.0, -0.0105],
         rgbaColor=[1, 1, 1, 1],
         specularColor=[0, 0, 0],
@@ -80,12 +77,12 @@ def _floor(client: int, colour: Rgb, rng: np.random.Generator, textures: dict[in
     pybullet.changeDynamics(body, -1, lateralFriction=0.8, physicsClientId=client)
 
 
-def _walls(client: int, colour: Rgb) -> None:
+def _walls(client: int, colour: Rgb, *, options: RoomOptions = ROOM) -> None:
     """Stand walls behind the table and to both sides of it: nothing to touch, only to see."""
     places = (
-        ([0.05, ROOM_M, 1.3], [3.2, 0.0, 1.3]),
-        ([ROOM_M, 0.05, 1.3], [0.0, 3.4, 1.3]),
-        ([ROOM_M, 0.05, 1.3], [0.0, -3.4, 1.3]),
+        ([0.05, options.half_size_m, 1.3], [3.2, 0.0, 1.3]),
+        ([options.half_size_m, 0.05, 1.3], [0.0, 3.4, 1.3]),
+        ([options.half_size_m, 0.05, 1.3], [0.0, -3.4, 1.3]),
     )
     for half, centre in places:
         seen = pybullet.createVisualShape(
@@ -94,16 +91,24 @@ def _walls(client: int, colour: Rgb) -> None:
         pybullet.createMultiBody(0, -1, seen, centre, physicsClientId=client)
 
 
-def _table(client: int, table: Table, wood: Rgb, rng: np.random.Generator, textures: dict[int, Texture]) -> int:
+def _table(
+    client: int,
+    table: Table,
+    wood: Rgb,
+    rng: np.random.Generator,
+    textures: dict[int, Texture],
+    *,
+    options: RoomOptions = ROOM,
+) -> int:
     """Build top and legs as one fixed body, its frame in the middle of the surface."""
     half_x, half_y = (table.x_max - table.x_min) / 2.0, (table.y_max - table.y_min) / 2.0
-    leg_height = table.height - TOP_THICKNESS_M
-    halves = [[half_x, half_y, TOP_THICKNESS_M / 2.0]]
-    centres = [[0.0, 0.0, -TOP_THICKNESS_M / 2.0]]
+    leg_height = table.height - options.top_thickness_m
+    halves = [[half_x, half_y, options.top_thickness_m / 2.0]]
+    centres = [[0.0, 0.0, -options.top_thickness_m / 2.0]]
     for sx in (-1, 1):
         for sy in (-1, 1):
-            halves.append([LEG_M / 2.0, LEG_M / 2.0, leg_height / 2.0])
-            centres.append([sx * (half_x - 0.05), sy * (half_y - 0.05), -TOP_THICKNESS_M - leg_height / 2.0])
+            halves.append([options.leg_m / 2.0, options.leg_m / 2.0, leg_height / 2.0])
+            centres.append([sx * (half_x - 0.05), sy * (half_y - 0.05), -options.top_thickness_m - leg_height / 2.0])
     kinds = [pybullet.GEOM_BOX] * len(halves)
     touched = pybullet.createCollisionShapeArray(
         shapeTypes=kinds, halfExtents=halves, collisionFramePositions=centres, physicsClientId=client
@@ -132,7 +137,8 @@ def _grain(wood: Rgb, rng: np.random.Generator, size: int = 256) -> npt.NDArray[
     rings = np.sin(2 * np.pi * (v + bend) * 9 + phase[2]) + 0.5 * np.sin(2 * np.pi * (v + bend) * 31)
     streaks = np.repeat(rng.normal(0.0, 1.0, (size, 16)), size // 16, axis=1)
     shade = 1.0 + 0.022 * rings + 0.012 * streaks
-    planks = np.minimum((v * 4) % 1.0, 1.0 - (v * 4) % 1.0) < 0.008
+    joint = 0.008  # half the width of the joint between two planks, as a share of a plank
+    planks = np.minimum((v * 4) % 1.0, 1.0 - (v * 4) % 1.0) < joint
     return np.asarray(np.clip(np.asarray(wood) * (shade * np.where(planks, 0.90, 1.0))[..., None], 0.0, 1.0))
 
 

@@ -27,12 +27,14 @@ from uncom_sim.types import (
     Table,
 )
 from uncom_sim.world.intended_meaning import with_say
+from uncom_sim.world.options import TABLE_LIMITS
 from uncom_sim.world.placement_check import check_placement
 from uncom_sim.world.scene_variation import vary_scene
 
 _SCENE_FIELDS = ("objects", "say", "point_object", "point_target", "table", "person", "meaning", "name", "description",
                  "aliases")  # fmt: skip
 _OBJECT_FIELDS = ("id", "kind", "colour", "x", "y", "yaw")
+_PAIR = len(("x", "y"))
 _PERSON_RANGES = {
     "skin": (0.0, 1.0), "size": (0.8, 1.2), "speed": (80.0, 260.0), "pitch": (0.0, 99.0), "lead": (-0.8, 2.0),
     "lag": (0.0, 2.0), "noise": (0.0, 3.0), "reverb": (0.0, 3.0), "waver": (0.0, 0.05),
@@ -167,18 +169,18 @@ def _table(data: object) -> Table:
     for axis in ("x", "y"):
         if axis in entry:
             pair = entry[axis]
-            if not isinstance(pair, Sequence) or isinstance(pair, str) or len(pair) != 2:
+            if not isinstance(pair, Sequence) or isinstance(pair, str) or len(pair) != _PAIR:
                 raise SceneError(f'"table": "{axis}" must be two numbers, for example [0.45, 0.95]')
             low, high = (_number(value, f'table "{axis}"') for value in pair)
-            if not 0.2 <= high - low <= 4.0:
+            if not TABLE_LIMITS.side_m[0] <= high - low <= TABLE_LIMITS.side_m[1]:
                 raise SceneError(f'"table": "{axis}" must run from a lower to a higher number, 0.2 to 4 m long')
             ranges |= {f"{axis}_min": low, f"{axis}_max": high}
     if "height" in entry:
         ranges["height"] = _number(entry["height"], "table height")
-        if not 0.3 <= ranges["height"] <= 1.1:
+        if not TABLE_LIMITS.height_m[0] <= ranges["height"] <= TABLE_LIMITS.height_m[1]:
             raise SceneError('"table": "height" must be between 0.3 and 1.1 m')
     table = replace(Table(), **ranges)
-    if table.x_min < 0.3:
+    if table.x_min < TABLE_LIMITS.nearest_x_m:
         raise SceneError('"table": "x" must start at 0.3 m or farther, or the robot stands in the table')
     return table
 
@@ -190,7 +192,7 @@ def _pointed(data: object, field: str, ids: Sequence[str], table: Table) -> str 
         if data not in ids:
             raise SceneError(f'"{field}": there is no object {data!r}; objects are: {", ".join(ids)}')
         return data
-    if not isinstance(data, Sequence) or len(data) != 2:
+    if not isinstance(data, Sequence) or len(data) != _PAIR:
         raise SceneError(f'"{field}" must be the id of an object, a place [x, y], or null')
     x, y = (_number(value, field) for value in data)
     if not table.contains(x, y):

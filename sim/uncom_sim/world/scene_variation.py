@@ -14,21 +14,12 @@ from uncom_sim.exceptions import SceneError
 from uncom_sim.objects.catalogue import model
 from uncom_sim.objects.footprint import outline
 from uncom_sim.person.hand_placement import Viewpoint, robot_viewpoint
-from uncom_sim.types import Point2, Scene, SceneObject
+from uncom_sim.types import DIRECTIONS, Point2, Scene, SceneObject
+from uncom_sim.world.options import SCENE_VARIATION, SceneVariationOptions
 from uncom_sim.world.placement_check import check_placement
 
-SHIFT_M = 0.06
-TURN_RAD = 0.6
-GAP_M = 0.04  # room for two fingers between any two things
-REACH_X_M = (0.50, 0.72)  # of what is to be moved, and where it is to go
-REACH_Y_M = 0.40
-FREE_RADIUS_M = 0.10
-_ATTEMPTS = 2000
-_BESIDE_M = 0.17
-_OFFSETS = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
 
-
-def vary_scene(scene: Scene, seed: int) -> Scene:
+def vary_scene(scene: Scene, seed: int, *, options: SceneVariationOptions = SCENE_VARIATION) -> Scene:
     """Return a scene with its things in other places; seed 0 leaves them as they are written.
 
     Everything stays in the camera's sight, apart from everything else, and within reach where it matters.
@@ -40,24 +31,24 @@ def vary_scene(scene: Scene, seed: int) -> Scene:
         return scene
     rng = np.random.default_rng([seed, 3])
     viewpoint = robot_viewpoint()
-    for _ in range(_ATTEMPTS):
-        changed = _shuffled(scene, rng)
-        if _fits(changed, viewpoint):
+    for _ in range(options.attempts):
+        changed = _shuffled(scene, rng, options=options)
+        if _fits(changed, viewpoint, options=options):
             return changed
     raise SceneError(f"found no other arrangement of the scene {scene.name!r}; take things off the table or use seed 0")
 
 
-def _shuffled(scene: Scene, rng: np.random.Generator) -> Scene:
+def _shuffled(scene: Scene, rng: np.random.Generator, *, options: SceneVariationOptions = SCENE_VARIATION) -> Scene:
     middle = scene.table.y_min + scene.table.y_max
-    mirrored = bool(rng.random() < 0.5)
+    mirrored = bool(rng.random() < options.mirrored_share)
 
     def place(x: float, y: float) -> Point2:
-        dx, dy = rng.uniform(-SHIFT_M, SHIFT_M, 2)
+        dx, dy = rng.uniform(-options.shift_m, options.shift_m, 2)
         return float(x + dx), float((middle - y if mirrored else y) + dy)
 
     def move(thing: SceneObject) -> SceneObject:
         x, y = place(thing.x, thing.y)
-        yaw = (-thing.yaw if mirrored else thing.yaw) + float(rng.uniform(-TURN_RAD, TURN_RAD))
+        yaw = (-thing.yaw if mirrored else thing.yaw) + float(rng.uniform(-options.turn_rad, options.turn_rad))
         return replace(thing, x=x, y=y, yaw=yaw)
 
     objects = tuple(move(thing) for thing in scene.objects)
@@ -79,34 +70,34 @@ def _moved(pointed: str | Point2 | None, spots: dict[Point2, Point2]) -> str | P
     return spots[pointed] if isinstance(pointed, tuple) else pointed
 
 
-def _fits(scene: Scene, viewpoint: Viewpoint) -> bool:
+def _fits(scene: Scene, viewpoint: Viewpoint, *, options: SceneVariationOptions = SCENE_VARIATION) -> bool:
     try:
         check_placement(scene.objects, scene.table)
     except SceneError:
         return False
     outlines = {thing.id: outline(thing) for thing in scene.objects}
-    if any(a.distance(b) < GAP_M for a, b in combinations(outlines.values(), 2)):
+    if any(a.distance(b) < options.gap_m for a, b in combinations(outlines.values(), 2)):
         return False
     table = shapely.box(scene.table.x_min, scene.table.y_min, scene.table.x_max, scene.table.y_max)
     if not all(table.contains(shape) for shape in outlines.values()):
         return False
-    if not all(_reachable(*place) for place in _matters(scene)):
+    if not all(_reachable(*place, options=options) for place in _matters(scene, options=options)):
         return False
     if not all(is_visible(thing, scene, viewpoint) for thing in scene.objects):
         return False
     return all(
-        shapely.Point(spot).distance(shape) > FREE_RADIUS_M
-        for spot in _to_stay_free(scene)
+        shapely.Point(spot).distance(shape) > options.free_radius_m
+        for spot in _to_stay_free(scene, options=options)
         for name, shape in outlines.items()
         if scene.meaning is None or name not in (scene.meaning.object, scene.meaning.target)
     )
 
 
-def _reachable(x: float, y: float) -> bool:
-    return REACH_X_M[0] <= x <= REACH_X_M[1] and abs(y) <= REACH_Y_M
+def _reachable(x: float, y: float, *, options: SceneVariationOptions = SCENE_VARIATION) -> bool:
+    return options.reach_x_m[0] <= x <= options.reach_x_m[1] and abs(y) <= options.reach_y_m
 
 
-def _matters(scene: Scene) -> Iterator[Point2]:
+def _matters(scene: Scene, *, options: SceneVariationOptions = SCENE_VARIATION) -> Iterator[Point2]:
     """Yield the places where the robot has to pick and put."""
     meaning = scene.meaning
     if meaning is None:
@@ -115,19 +106,19 @@ def _matters(scene: Scene) -> Iterator[Point2]:
         if name is not None:
             thing = scene.object(name)
             yield (thing.x, thing.y)
-    yield from _to_stay_free(scene)
+    yield from _to_stay_free(scene, options=options)
 
 
-def _to_stay_free(scene: Scene) -> Iterator[Point2]:
+def _to_stay_free(scene: Scene, *, options: SceneVariationOptions = SCENE_VARIATION) -> Iterator[Point2]:
     """Yield the places on the bare table where the object is to go."""
     meaning = scene.meaning
     if meaning is None:
         return
     if meaning.area is not None:
         yield meaning.area
-    if meaning.target is not None and meaning.relation in _OFFSETS:
-        target, (dx, dy) = scene.object(meaning.target), _OFFSETS[meaning.relation]
-        yield (target.x + _BESIDE_M * dx, target.y + _BESIDE_M * dy)
+    if meaning.target is not None and meaning.relation in DIRECTIONS:
+        target, (dx, dy) = scene.object(meaning.target), DIRECTIONS[meaning.relation]
+        yield (target.x + options.beside_m * dx, target.y + options.beside_m * dy)
 
 
 def all_visible(scene: Scene) -> bool:
@@ -145,7 +136,10 @@ def is_visible(thing: SceneObject, scene: Scene, viewpoint: Viewpoint) -> bool:
         [np.column_stack([ring, np.full(len(ring), scene.table.height + z)]) for z in (0.0, height)]
     )
     pixels = viewpoint.pixels(corners)
-    inside = (pixels > 8.0).all() and (pixels < (viewpoint.camera.width - 8.0, viewpoint.camera.height - 8.0)).all()
+    margin = SCENE_VARIATION.picture_margin_px
+    inside = (pixels > margin).all() and (
+        pixels < (viewpoint.camera.width - margin, viewpoint.camera.height - margin)
+    ).all()
     if not inside:
         return False
     eye = viewpoint.pose[:3, 3]
@@ -157,6 +151,6 @@ def is_visible(thing: SceneObject, scene: Scene, viewpoint: Viewpoint) -> bool:
         share = (top - middle[2]) / (eye[2] - middle[2])
         if share > 0.0:  # the part of the line of sight that runs lower than the other thing
             way = shapely.LineString([middle[:2], middle[:2] + min(share, 1.0) * (eye[:2] - middle[:2])])
-            if way.distance(outline(other)) < 0.005:
+            if way.distance(outline(other)) < SCENE_VARIATION.sight_gap_m:
                 return False
     return True

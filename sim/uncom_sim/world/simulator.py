@@ -6,7 +6,7 @@ The same commands at the same times give the same pictures, sounds and physics.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ import pybullet
 from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import FloatArray
 
-from uncom_sim.camera.noise import CameraNoise, NoisyCamera
+from uncom_sim.camera.noise import NoisyCamera
 from uncom_sim.camera.rasteriser import Rasteriser, StaticLayer
 from uncom_sim.camera.render_scene import RenderScene
 from uncom_sim.camera.surfaces import Surface, from_bullet, painted
@@ -27,73 +27,41 @@ from uncom_sim.objects.catalogue import model
 from uncom_sim.robot.description import CAMERA_FRAME
 from uncom_sim.robot.joint_names import ACTUATED, FINGERS, WHEELS
 from uncom_sim.robot.kinematics import FrameTree
-from uncom_sim.robot.robot import TIME_STEP_S, Robot, RobotOptions
-from uncom_sim.types import Light, ObjectState, Scene
+from uncom_sim.robot.robot import TIME_STEP_S, Robot
+from uncom_sim.types import NEGLIGIBLE, Light, ObjectState, Scene
 from uncom_sim.world.contact_counter import ContactCounter
 from uncom_sim.world.microphone import Microphone
+from uncom_sim.world.options import PHYSICS, PhysicsOptions
+from uncom_sim.world.simulator_types import Frames, JointState, SimulatorOptions
 from uncom_sim.world.world import World
-
-_CONTACT_EVERY = 4  # steps
-_SOLVER_ITERATIONS = 150  # with 50 what is held creeps between the pads, by a degree or two a second
-_CONTACT_BREAKING_M = 0.001  # a contact that has slid farther is made anew: old ones keep normals that are long wrong
 
 Image = npt.NDArray[np.uint8]
 IntArray = npt.NDArray[np.int32]
 DepthImage = npt.NDArray[np.float32]
 
 
-@dataclass(frozen=True, slots=True)
-class SimulatorOptions:
-    """What may differ between runs of one scene and seed."""
-
-    robot: RobotOptions = field(default_factory=RobotOptions)
-    noise: CameraNoise = field(default_factory=CameraNoise)
-    start_time_s: float = 10.0
-    overview_size: tuple[int, int] = (640, 480)
-    shadows: bool = True
-    light: float = 1.0  # how bright the lamp and the room are
-
-
-@dataclass(frozen=True, slots=True)
-class JointState:
-    """All joints of the robot: positions [rad or m], velocities [/s], efforts [N m or N]."""
-
-    names: tuple[str, ...]
-    positions: FloatArray
-    velocities: FloatArray
-    efforts: FloatArray
-
-
-@dataclass(frozen=True, slots=True)
-class Frames:
-    """Places (N, 3) [m] and quaternions (N, 4; x y z w) of child frames in their parents."""
-
-    parents: tuple[str, ...]
-    children: tuple[str, ...]
-    places: FloatArray
-    quaternions: FloatArray
-
-
 class Simulator:
     """Owns a PyBullet client with the world and the robot in it. Not thread safe: one thread does everything."""
 
-    def __init__(self, scene: Scene, seed: int = 0, options: SimulatorOptions | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        seed: int = 0,
+        options: SimulatorOptions | None = None,
+        *,
+        physics_options: PhysicsOptions = PHYSICS,
+    ) -> None:
         """Build the scene and let it come to rest.
 
         Raises:
             SimError: the robot's model is missing, or a shape of the scene cannot be made.
         """
+        self._physics_options = physics_options
         self.options = options or SimulatorOptions()
         self.client: int = pybullet.connect(pybullet.DIRECT)
-        pybullet.setTimeStep(TIME_STEP_S, physicsClientId=self.client)
-        pybullet.setPhysicsEngineParameter(
-            numSolverIterations=_SOLVER_ITERATIONS,
-            contactBreakingThreshold=_CONTACT_BREAKING_M,
-            deterministicOverlappingPairs=1,
-            physicsClientId=self.client,
-        )
+        self._set_physics(physics_options)
         try:
-            self.world = World(self.client, scene, seed)
+            self.world = World(self.client, scene, seed, options=physics_options)
             self.world.settle()
             self.robot = Robot(self.client, self.options.robot)
         except Exception:
@@ -122,6 +90,21 @@ class Simulator:
         self.contacts = ContactCounter(
             self.client, self.robot.body, self.world.table_body, self.world.object_bodies, fingers
         )
+        self._prepare_rendering(scene)
+
+    def _set_physics(self, options: PhysicsOptions) -> None:
+        """Set PyBullet's time step, solver and contacts."""
+        pybullet.setTimeStep(TIME_STEP_S, physicsClientId=self.client)
+        pybullet.setPhysicsEngineParameter(
+            numSolverIterations=options.solver_iterations,
+            contactBreakingThreshold=options.contact_breaking_m,
+            deterministicOverlappingPairs=1,
+            physicsClientId=self.client,
+        )
+
+    def _prepare_rendering(self, scene: Scene) -> None:
+        """Gather what is visible from the head camera and from outside, and what casts shadows."""
+        links = self.robot.links
         self._render_scene = RenderScene(self.client, self._surfaces())
         self._seen = self._render_scene.faces()
         # The camera is inside the model of the head.
@@ -182,7 +165,7 @@ class Simulator:
         self.robot.update()
         self.base.integrate(*self.robot.base_twist(), TIME_STEP_S)
         self._steps += 1
-        if self._steps % _CONTACT_EVERY == 0:
+        if self._steps % self._physics_options.contact_steps == 0:
             self.contacts.update(self.time_s)
 
     def start_person(self) -> None:
@@ -215,7 +198,7 @@ class Simulator:
         """
         rgb, depth = self._filmed(person_s)
         if moments > 1:
-            others = [x for x in np.linspace(-0.5, 0.5, moments) if abs(x) > 1e-6]  # the middle is there already
+            others = [x for x in np.linspace(-0.5, 0.5, moments) if abs(x) > NEGLIGIBLE]  # the middle is there already
             total = rgb.astype(np.uint16)
             for offset in others:
                 total += self._filmed(person_s + float(offset) * exposure_s)[0]

@@ -17,36 +17,34 @@ from uncom_sim.person.behaviour import PersonBehaviour, plan_behaviour
 from uncom_sim.person.hand_model import Hand
 from uncom_sim.person.hand_placement import Obstacle
 from uncom_sim.types import Light, ObjectState, Point2, Scene
+from uncom_sim.world.options import PHYSICS, PhysicsOptions
 from uncom_sim.world.room import build_room
 
 FloatArray = npt.NDArray[np.float64]
-
-_HIDDEN = (0.0, 0.0, -20.0)
-_GRAVITY = -9.81
-_DROP_M = 0.0015
 
 
 class World:
     """Everything of a scene but the robot. Physics steps are the caller's; the person moves only by update_person."""
 
-    def __init__(self, client: int, scene: Scene, seed: int) -> None:
+    def __init__(self, client: int, scene: Scene, seed: int, *, options: PhysicsOptions = PHYSICS) -> None:
         """Build a scene into a connected PyBullet client; the seed draws light, materials, and the person.
 
         Raises:
             SimError: PyBullet refused a shape, or the person's voice is not known.
         """
+        self._options = options
         self._client = client
         self.scene = scene
         # Streams of their own, so that a change of the voice does not change the light.
         room_rng, person_rng = (np.random.default_rng([seed, stream]) for stream in (1, 2))
-        pybullet.setGravity(0.0, 0.0, _GRAVITY, physicsClientId=client)
+        pybullet.setGravity(0.0, 0.0, options.gravity_m_s2, physicsClientId=client)
         self._room = build_room(client, scene.table, room_rng)
         self._bodies = {
             thing.id: spawn(client, model(thing.kind, thing.colour), self._standing(thing.id), thing.yaw)
             for thing in scene.objects
         }
         self.person: PersonBehaviour = self._rehearse(person_rng)
-        self._hand = _show_hand(client, self.person.hand)
+        self._hand = _show_hand(client, self.person.hand, options=options)
         self.update_person(None)
 
     @property
@@ -92,7 +90,7 @@ class World:
     def update_person(self, t_s: float | None) -> None:
         """Move the hand to where it is t_s after the person's start [s]; None takes it away."""
         pose = None if t_s is None else self.person.hand_at(t_s)
-        position, quaternion = _HIDDEN, (0.0, 0.0, 0.0, 1.0)
+        position, quaternion = self._options.hidden_place_m, (0.0, 0.0, 0.0, 1.0)
         if pose is not None:
             position = tuple(pose[:3, 3])
             quaternion = tuple(Rotation.from_matrix(pose[:3, :3]).as_quat())
@@ -102,7 +100,7 @@ class World:
         """Place (3,) of a thing's body frame when it stands on the table."""
         thing = self.scene.object(object_id)
         below = model(thing.kind, thing.colour).bounds[0, 2]
-        return np.array([thing.x, thing.y, self.scene.table.height - below + _DROP_M])
+        return np.array([thing.x, thing.y, self.scene.table.height - below + self._options.drop_m])
 
     def _rehearse(self, rng: np.random.Generator) -> PersonBehaviour:
         pointed = {"object": self.scene.point_object, "target": self.scene.point_target}
@@ -124,9 +122,9 @@ def _upright_half_size(size: FloatArray, yaw: float) -> FloatArray:
     return np.array([c * size[0] + s * size[1], s * size[0] + c * size[1], size[2]]) / 2.0
 
 
-def _show_hand(client: int, hand: Hand) -> int:
+def _show_hand(client: int, hand: Hand, *, options: PhysicsOptions = PHYSICS) -> int:
     with tempfile.TemporaryDirectory(prefix="uncom_") as folder:
         visual, texture = load_visual(client, hand.parts, Path(folder))
-    body: int = pybullet.createMultiBody(0, -1, visual, _HIDDEN, physicsClientId=client)
+    body: int = pybullet.createMultiBody(0, -1, visual, options.hidden_place_m, physicsClientId=client)
     pybullet.changeVisualShape(body, -1, textureUniqueId=texture, physicsClientId=client)
     return body

@@ -11,15 +11,13 @@ from uncom_language.types import Command, Reference, Relation
 from uncom_reasoner.detector_phrases import GENERIC_NOUNS, detector_phrase, is_bare, is_place_word
 from uncom_reasoner.types import Evidence, RayObservation
 
+from uncom_sim.bench_understanding.judging.options import FAILURE_STAGES, FailureStageOptions
 from uncom_sim.bench_understanding.judging.verdict import Verdict, which
 from uncom_sim.bench_understanding.takes.recording import TakeRecording, TruePointing
 from uncom_sim.bench_understanding.takes.types import TakePlan
 from uncom_sim.world.intended_meaning import named_objects
 
 STAGES = ("heard", "parsed", "hand", "detection", "choice")
-_EARLY_S, _LATE_S = 0.2, 0.3
-_OFF_RAD = np.radians(15.0)
-_OFF_M = 0.05
 _FAMILIES = {"fruit": {"banana", "apple", "lemon", "orange", "pear"}}
 _ALIAS = {"pan": "frying pan", "cereal": "cereal box"}
 
@@ -30,6 +28,8 @@ def first_wrong_stage(
     command: Command | None,
     true_command: Command | None,
     evidence: Evidence | None,
+    *,
+    options: FailureStageOptions = FAILURE_STAGES,
 ) -> tuple[str, str]:
     """Return the stage and what was wrong in it; command is what was made of what was heard.
 
@@ -42,7 +42,7 @@ def first_wrong_stage(
     if evidence is None:
         return "detection", "nothing was looked at"
     for pointing in recording.truth.pointing:
-        fault = _hand_fault(pointing, evidence.rays)
+        fault = _hand_fault(pointing, evidence.rays, options=options)
         if fault:
             return "hand", fault
     fault = _detection_fault(plan, recording, evidence)
@@ -106,17 +106,19 @@ def _noun(reference: Reference | None) -> tuple[object, ...]:
     return ("thing" if is_bare(reference) else reference.head, tuple(sorted(reference.modifiers)))
 
 
-def _hand_fault(pointing: TruePointing, rays: Sequence[RayObservation]) -> str:
+def _hand_fault(
+    pointing: TruePointing, rays: Sequence[RayObservation], *, options: FailureStageOptions = FAILURE_STAGES
+) -> str:
     """Compare the rays seen while the finger was on a place with where that is."""
     place = np.asarray(pointing.place)
-    near = [r for r in rays if pointing.start_s - _EARLY_S <= r.stamp_s <= pointing.end_s + _LATE_S]
+    near = [r for r in rays if pointing.start_s - options.early_s <= r.stamp_s <= pointing.end_s + options.late_s]
     if not near:
         return f"no pointing hand was seen while the {pointing.role} was pointed at"
     errors = [_ray_error(ray, place) for ray in near if ray.space is not None]
     if not errors:
         return f"the hand that pointed at the {pointing.role} was not seen in depth"
     angle, distance = (float(np.median([e[i] for e in errors])) for i in (0, 1))
-    if angle > _OFF_RAD and distance > _OFF_M:
+    if angle > options.off_rad and distance > options.off_m:
         degrees = np.degrees(angle)
         return f"the finger that pointed at the {pointing.role} was seen {degrees:.0f} deg and {distance:.2f} m off"
     return ""

@@ -12,6 +12,7 @@ from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import apply, invert
 from uncom_perception.types import Attribute, Box, Detection, Geometry, Mask, Scene, TableSurface
 
+from uncom_sim.bench_understanding.judging.options import GROUND_TRUTH, GroundTruthOptions
 from uncom_sim.bench_understanding.judging.verdict import as_object
 from uncom_sim.objects.catalogue import model
 from uncom_sim.types import ObjectState, Table
@@ -20,12 +21,10 @@ from uncom_sim.world.intended_meaning import named_objects
 
 FloatArray = npt.NDArray[np.float64]
 
-_SURE, _FALSE = 0.96, 0.01
 _FRUIT = frozenset(("banana", "apple", "lemon", "orange", "pear"))
 _EVERYTHING = frozenset(("object", "objects", "thing", "things", "item", "items", "one", "ones", "this", "that", "it"))
 _CONTAINERS = frozenset(("container", "containers", "vessel", "vessels"))
 _ALSO = {"pan": "frying pan", "cereal": "cereal box", "fruits": "fruit"}
-_CLOUD = 1500
 
 
 def true_scene(
@@ -35,6 +34,8 @@ def true_scene(
     camera: PinholeCamera,
     camera_in_base: FloatArray,
     stamp_s: float,
+    *,
+    options: GroundTruthOptions = GROUND_TRUTH,
 ) -> Scene:
     """Return the scene as it is, in base_footprint; camera_in_base (4, 4) is the optical frame's pose there."""
     fits = [_fitting(phrase, states, table) for phrase in phrases]
@@ -50,12 +51,12 @@ def true_scene(
                 score=1.0,
                 box=_box(mask),
                 mask=mask,
-                geometry=_geometry(state, points),
+                geometry=_geometry(state, points, options=options),
                 attributes=_attributes(state),
-                phrase_scores=tuple(_SURE / max(len(f), 1) if state.id in f else _FALSE for f in fits),
+                phrase_scores=tuple(options.sure / max(len(f), 1) if state.id in f else options.unsure for f in fits),
             )
         )
-    none = tuple(1.0 - _SURE if f else _SURE for f in fits)
+    none = tuple(1.0 - options.sure if f else options.sure for f in fits)
     return Scene(stamp_s, "base_footprint", tuple(detections), _surface(table, camera, camera_in_base), none, "truth")
 
 
@@ -94,8 +95,8 @@ def _box(mask: Mask) -> Box:
     return Box(float(columns[0]), float(rows[0]), float(columns[-1] + 1), float(rows[-1] + 1))
 
 
-def _geometry(state: ObjectState, points: FloatArray) -> Geometry:
-    step = max(1, len(points) // _CLOUD)
+def _geometry(state: ObjectState, points: FloatArray, *, options: GroundTruthOptions = GROUND_TRUTH) -> Geometry:
+    step = max(1, len(points) // options.cloud_points)
     bounds = model(state.kind, state.colour).bounds
     pose = state.pose.copy()
     pose[:3, 3] = apply(state.pose, bounds.mean(axis=0))

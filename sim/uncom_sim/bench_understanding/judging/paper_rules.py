@@ -28,13 +28,11 @@ from uncom_reasoner.detector_phrases import (
 from uncom_reasoner.grounding.decision import failed_command
 from uncom_reasoner.types import Evidence, GroundedCommand, GroundedTarget, Status, TargetKind
 
+from uncom_sim.bench_understanding.judging.options import PAPER_RULES, PaperRuleOptions
+from uncom_sim.person.hand_model import HandLandmark
+
 FloatArray = npt.NDArray[np.float64]
 
-INDEX_BASE, INDEX_TIP = 5, 8
-SCORE = 0.3  # of a detection that counts
-RETRY_S = 0.03
-CELLS = 300
-SEED = 1
 _BESIDE = {
     Relation.LEFT_OF: (-1.0, 0.0),
     Relation.RIGHT_OF: (1.0, 0.0),
@@ -58,17 +56,27 @@ class Line:
         return np.asarray(np.abs(along[0] * away[:, 1] - along[1] * away[:, 0]) / max(float(np.hypot(*along)), 1e-9))
 
 
-def decide_as_published(evidence: Evidence, hands: Sequence[HandsFrame]) -> GroundedCommand:
+def decide_as_published(
+    evidence: Evidence, hands: Sequence[HandsFrame], *, options: PaperRuleOptions = PAPER_RULES
+) -> GroundedCommand:
     """Ground a command by the paper's rules; no hand is no gesture."""
     command = evidence.command
     if command.object is None:
         return failed_command(command, "no object was named")
-    thing = _choose(command.object, finger(hands, command.object.span.end_s), evidence, frozenset())
+    thing = _choose(
+        command.object,
+        finger(hands, command.object.span.end_s, options=options),
+        evidence,
+        frozenset(),
+        options=options,
+    )
     if thing is None:
         return failed_command(command, "the object was not found")
     target = GroundedTarget()
     if command.target is not None:
-        found = _target(command.target, finger(hands, command.target.span.end_s), evidence, thing)
+        found = _target(
+            command.target, finger(hands, command.target.span.end_s, options=options), evidence, thing, options=options
+        )
         if found is None:
             return failed_command(command, "the target was not found")
         target = found
@@ -86,19 +94,27 @@ def decide_as_published(evidence: Evidence, hands: Sequence[HandsFrame]) -> Grou
     )
 
 
-def finger(hands: Sequence[HandsFrame], end_s: float) -> Line | None:
+def finger(hands: Sequence[HandsFrame], end_s: float, *, options: PaperRuleOptions = PAPER_RULES) -> Line | None:
     """Return the finger in the frame at a time, or in the nearest frame of another time up to 0.03 s away."""
-    offsets = [0.0] + [sign * RETRY_S * k / 3 for k in range(1, 4) for sign in (-1.0, 1.0)]
+    offsets = [0.0] + [sign * options.retry_s * k / 3 for k in range(1, 4) for sign in (-1.0, 1.0)]
     for offset in offsets:
         frame = min(hands, key=lambda f: abs(f.stamp_s - end_s - offset), default=None)
         if frame is not None and frame.hands:
-            marks = min((hand.landmarks for hand in frame.hands), key=lambda m: float(m[INDEX_TIP, 2]))
-            return Line(marks[INDEX_BASE, :2].astype(float), marks[INDEX_TIP, :2].astype(float))
+            marks = min((hand.landmarks for hand in frame.hands), key=lambda m: float(m[HandLandmark.INDEX_TIP, 2]))
+            return Line(
+                marks[HandLandmark.INDEX_BASE, :2].astype(float), marks[HandLandmark.INDEX_TIP, :2].astype(float)
+            )
     return None
 
 
 def _choose(
-    reference: Reference, line: Line | None, evidence: Evidence, without: frozenset[str], phrase: str | None = None
+    reference: Reference,
+    line: Line | None,
+    evidence: Evidence,
+    without: frozenset[str],
+    phrase: str | None = None,
+    *,
+    options: PaperRuleOptions = PAPER_RULES,
 ) -> Detection | None:
     """Return the thing that a phrase names; of several, the one nearest to the line."""
     wanted = phrase or (
@@ -108,27 +124,34 @@ def _choose(
         return None
     number = evidence.phrases.index(wanted)
     things = [d for d in evidence.scene.detections if d.id not in without]
-    hits = [d for d in things if wanted == OBJECTS or d.phrase_scores[number] >= SCORE]
+    hits = [d for d in things if wanted == OBJECTS or d.phrase_scores[number] >= options.least_score]
     if len(hits) <= 1 or line is None:
         return max(hits, key=lambda d: d.phrase_scores[number], default=None)
     away = line.distance(np.array([d.box.center for d in hits]))
     return hits[int(np.argmin(away))]
 
 
-def _target(reference: Reference, line: Line | None, evidence: Evidence, thing: Detection) -> GroundedTarget | None:
+def _target(
+    reference: Reference,
+    line: Line | None,
+    evidence: Evidence,
+    thing: Detection,
+    *,
+    options: PaperRuleOptions = PAPER_RULES,
+) -> GroundedTarget | None:
     taken = frozenset((thing.id,))
     if evidence.command.relation in _AREAS:
-        anchor = _choose(reference, line, evidence, taken)
-        return None if anchor is None else _area(evidence, _beside_cells(evidence, anchor))
+        anchor = _choose(reference, line, evidence, taken, options=options)
+        return None if anchor is None else _area(evidence, _beside_cells(evidence, anchor, options=options))
     if not (is_bare(reference) or is_place_word(reference)):
-        found = _choose(reference, line, evidence, taken)
+        found = _choose(reference, line, evidence, taken, options=options)
         return None if found is None else GroundedTarget(TargetKind.OBJECT, found)
-    container = _choose(reference, line, evidence, taken, CONTAINER)
+    container = _choose(reference, line, evidence, taken, CONTAINER, options=options)
     if container is not None:
         return GroundedTarget(TargetKind.OBJECT, container)
     if line is None:
         return None
-    centres = _free_cells(evidence, ())
+    centres = _free_cells(evidence, (), options=options)
     if len(centres) == 0:
         return None
     # "closest to the gesture": on the line, as near to the fingertip as may be
@@ -136,10 +159,10 @@ def _target(reference: Reference, line: Line | None, evidence: Evidence, thing: 
     return _area(evidence, centres[np.argsort(away)])
 
 
-def _beside_cells(evidence: Evidence, anchor: Detection) -> FloatArray:
+def _beside_cells(evidence: Evidence, anchor: Detection, *, options: PaperRuleOptions = PAPER_RULES) -> FloatArray:
     """Return free cells (N, 2) [px] in the direction of the relation, the nearest first."""
     middle = np.array(anchor.box.center)
-    centres = _free_cells(evidence, (anchor.box.center,))
+    centres = _free_cells(evidence, (anchor.box.center,), options=options)
     offsets = centres - middle
     way = _BESIDE.get(evidence.command.relation)
     if way is not None:
@@ -150,13 +173,15 @@ def _beside_cells(evidence: Evidence, anchor: Detection) -> FloatArray:
     return np.asarray(centres[np.argsort(np.linalg.norm(offsets, axis=1))])
 
 
-def _free_cells(evidence: Evidence, also: Sequence[tuple[float, float]]) -> FloatArray:
+def _free_cells(
+    evidence: Evidence, also: Sequence[tuple[float, float]], *, options: PaperRuleOptions = PAPER_RULES
+) -> FloatArray:
     """Return the seeds (N, 2) [px] of cells without the centre of any object and without the reference point."""
     if evidence.scene.table is None:
         return np.zeros((0, 2))
     outline = evidence.scene.table.image_polygon
     low, high = outline.min(axis=0), outline.max(axis=0)
-    seeds = np.random.default_rng(SEED).uniform(low, high, (CELLS, 2))
+    seeds = np.random.default_rng(options.seed).uniform(low, high, (options.cells, 2))
     marks = np.array([*(d.box.center for d in evidence.scene.detections), *also])
     if len(marks) == 0:
         return seeds

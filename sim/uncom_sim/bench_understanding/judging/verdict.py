@@ -12,18 +12,13 @@ from uncom_common.primitive import Primitive
 from uncom_perception.types import Detection
 from uncom_reasoner.types import GroundedCommand, Status, TargetKind
 
+from uncom_sim.bench_understanding.judging.options import VERDICTS, VerdictOptions
 from uncom_sim.bench_understanding.takes.types import TakePlan
 from uncom_sim.objects.footprint import outline
 from uncom_sim.scoring.end_state import nearest_object
-from uncom_sim.types import Meaning, ObjectState, Point2, SceneObject, Table
+from uncom_sim.scoring.options import RELATION_CRITERIA
+from uncom_sim.types import DIRECTIONS, NEGLIGIBLE, Meaning, ObjectState, Point2, SceneObject, Table
 
-AREA_M = 0.12  # how far from the place pointed at is still "here"
-NEAR_M = 0.15  # gap of what is "next to"
-BESIDE_M = 0.30  # gap of what is "left of"
-_CONE = float(np.cos(np.radians(50.0)))
-_DIRECTIONS = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
-_OVERLAP_M2 = 1e-4  # outlines of a thing as measured and as it is differ by so much
-_SAME_PLACE_M = 0.06
 # What may be understood for what is meant: "near" is said of the same places as "next to".
 _SAME_RELATION = {"next_to": ("next_to", "near"), "in": ("in",), "on": ("on",)}
 
@@ -53,14 +48,20 @@ class Verdict:
 NOTHING = Verdict("nothing", "nothing was understood", None, None, None, "", "", False, False, False, "no command")
 
 
-def judge(plan: TakePlan, states: Sequence[ObjectState], grounded: GroundedCommand | None) -> Verdict:
+def judge(
+    plan: TakePlan,
+    states: Sequence[ObjectState],
+    grounded: GroundedCommand | None,
+    *,
+    options: VerdictOptions = VERDICTS,
+) -> Verdict:
     """Judge a grounded command (None: there was none)."""
     if grounded is None:
         return NOTHING
     meaning = plan.meaning
     done = grounded.status is Status.GROUNDED
-    thing = which(grounded.object, states) if done else None
-    target = which(grounded.target.detection, states) if done else None
+    thing = which(grounded.object, states, options=options) if done else None
+    target = which(grounded.target.detection, states, options=options) if done else None
     area = done and grounded.target.kind is TargetKind.AREA and grounded.target.pose is not None
     pose = grounded.target.pose
     place = (float(pose[0, 3]), float(pose[1, 3])) if area and pose is not None else None
@@ -68,7 +69,7 @@ def judge(plan: TakePlan, states: Sequence[ObjectState], grounded: GroundedComma
     action_right = done and grounded.primitive in plan.actions
     target_right, why = False, grounded.reason
     if done:
-        target_right, why = _target(plan, states, grounded, target, place)
+        target_right, why = _target(plan, states, grounded, target, place, options=options)
         if not object_right:
             why = f"took {thing or 'nothing that is there'}"
         elif not action_right:
@@ -88,12 +89,14 @@ def judge(plan: TakePlan, states: Sequence[ObjectState], grounded: GroundedComma
     )
 
 
-def which(detection: Detection | None, states: Sequence[ObjectState]) -> str | None:
+def which(
+    detection: Detection | None, states: Sequence[ObjectState], *, options: VerdictOptions = VERDICTS
+) -> str | None:
     """Return the id of the true thing that a detection is, or None."""
     if detection is None or detection.geometry is None:
         return None
     x, y = (float(value) for value in detection.geometry.centroid[:2])
-    return nearest_object(states, x, y, _SAME_PLACE_M)
+    return nearest_object(states, x, y, options.same_place_m)
 
 
 def _target(
@@ -102,6 +105,8 @@ def _target(
     grounded: GroundedCommand,
     target: str | None,
     place: Point2 | None,
+    *,
+    options: VerdictOptions = VERDICTS,
 ) -> tuple[bool, str]:
     meaning = plan.meaning
     if meaning.relation in ("in", "on"):
@@ -113,10 +118,12 @@ def _target(
         return grounded.relation in allowed, f"understood {grounded.relation!r}"
     if place is None:
         return False, f"chose {target} instead of a place" if target else "chose no place"
-    return place_fits(meaning, states, place, plan.scene.table)
+    return place_fits(meaning, states, place, plan.scene.table, options=options)
 
 
-def place_fits(meaning: Meaning, states: Sequence[ObjectState], place: Point2, table: Table) -> tuple[bool, str]:
+def place_fits(
+    meaning: Meaning, states: Sequence[ObjectState], place: Point2, table: Table, *, options: VerdictOptions = VERDICTS
+) -> tuple[bool, str]:
     """Whether a place is in the region that is meant, free of other things, and big enough; the text says why not."""
     by_id = {state.id: state for state in states}
     thing = as_object(by_id[meaning.object])
@@ -126,11 +133,11 @@ def place_fits(meaning: Meaning, states: Sequence[ObjectState], place: Point2, t
     for other in states:
         if other.id == meaning.object:
             continue
-        if outline(as_object(other)).intersection(shape).area > _OVERLAP_M2:
+        if outline(as_object(other)).intersection(shape).area > options.overlap_m2:
             return False, f"the place is taken by {other.id}"
     if meaning.area is not None:
         away = float(np.hypot(place[0] - meaning.area[0], place[1] - meaning.area[1]))
-        return away <= AREA_M, f"{away:.2f} m from the place meant"
+        return away <= RELATION_CRITERIA.area_radius_m, f"{away:.2f} m from the place meant"
     if meaning.target is None:
         return False, "the take means no place"
     return _beside(shape, place, by_id[meaning.target], meaning.relation)
@@ -139,12 +146,12 @@ def place_fits(meaning: Meaning, states: Sequence[ObjectState], place: Point2, t
 def _beside(shape: shapely.Polygon, place: Point2, target: ObjectState, relation: str) -> tuple[bool, str]:
     gap = float(shape.distance(outline(as_object(target))))
     if relation == "next_to":
-        return gap <= NEAR_M, f"{gap:.2f} m from {target.id}"
+        return gap <= RELATION_CRITERIA.near_m, f"{gap:.2f} m from {target.id}"
     offset = np.asarray(place) - target.position[:2]
     length = float(np.linalg.norm(offset))
-    if length < 1e-6 or float(offset @ _DIRECTIONS[relation]) / length < _CONE:
+    if length < NEGLIGIBLE or float(offset @ DIRECTIONS[relation]) / length < RELATION_CRITERIA.cone_cos:
         return False, f"not {relation.replace('_', ' ')} {target.id}"
-    return gap <= BESIDE_M, f"{gap:.2f} m from {target.id}"
+    return gap <= RELATION_CRITERIA.beside_m, f"{gap:.2f} m from {target.id}"
 
 
 def as_object(state: ObjectState) -> SceneObject:

@@ -17,16 +17,17 @@ from uncom_common.transforms import TransformBuffer, apply, invert
 from uncom_reasoner.explanation.annotated_image import annotate
 from uncom_reasoner.types import View
 
+from uncom_sim.bench_understanding.reporting.options import REPORTS, ReportOptions
 from uncom_sim.bench_understanding.takes.recording import TakeRecording
 from uncom_sim.bench_understanding.takes.types import TakePlan
 
 Picture = npt.NDArray[np.uint8]
 FloatArray = npt.NDArray[np.float64]
 
-_MEANT = (40, 110, 255)
 
-
-def draw_miss(folder: Path, plan: TakePlan, recording: TakeRecording, first: Grounding | None) -> tuple[str, ...]:
+def draw_miss(
+    folder: Path, plan: TakePlan, recording: TakeRecording, first: Grounding | None, *, options: ReportOptions = REPORTS
+) -> tuple[str, ...]:
     """Write the pictures of a miss; returns the file's name."""
     folder.mkdir(parents=True, exist_ok=True)
     name = f"{plan.name}.jpg"
@@ -39,7 +40,7 @@ def draw_miss(folder: Path, plan: TakePlan, recording: TakeRecording, first: Gro
         grounded = first.decision.grounded
         pair = [_nearest(frames, stamp).rgb.copy() for stamp in (grounded.object_frame_s, grounded.target_frame_s)]
         for one, role in zip(pair, ("object", "target"), strict=True):
-            _mark(one, plan, recording, role, recording.camera, pose)
+            _mark(one, plan, recording, role, recording.camera, pose, options=options)
         picture = annotate(pair[0], pair[1], first.decision, View(looked.camera, looked.transform_camera_to_scene))
     (folder / name).write_bytes(encode_jpeg(np.asarray(picture, np.uint8), 85))
     return (name,)
@@ -54,7 +55,14 @@ def camera_pose(recording: TakeRecording) -> FloatArray:
 
 
 def _mark(
-    picture: Picture, plan: TakePlan, recording: TakeRecording, role: str, camera: PinholeCamera, pose: FloatArray
+    picture: Picture,
+    plan: TakePlan,
+    recording: TakeRecording,
+    role: str,
+    camera: PinholeCamera,
+    pose: FloatArray,
+    *,
+    options: ReportOptions = REPORTS,
 ) -> None:
     """Draw a blue cross on what is meant."""
     name = getattr(plan.meaning, role)
@@ -65,7 +73,7 @@ def _mark(
     else:
         return
     u, v = camera.project(apply(invert(pose), place[None]))[0]
-    cv2.drawMarker(picture, (round(float(u)), round(float(v))), _MEANT, cv2.MARKER_CROSS, 22, 2)
+    cv2.drawMarker(picture, (round(float(u)), round(float(v))), options.meant_colour, cv2.MARKER_CROSS, 22, 2)
 
 
 def _moments(recording: TakeRecording, frames: Sequence[CameraFrame]) -> list[CameraFrame]:

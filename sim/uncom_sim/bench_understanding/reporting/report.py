@@ -10,18 +10,20 @@ from typing import Any
 from uncom_sim.bench_understanding.judging.decision_quality import decision_report
 from uncom_sim.bench_understanding.judging.outcome import Outcome
 from uncom_sim.bench_understanding.judging.statistics import quantile, wilson
+from uncom_sim.bench_understanding.reporting.options import REPORTS, ReportOptions
 from uncom_sim.bench_understanding.takes.scenarios import scenario
 from uncom_sim.bench_understanding.takes.types import SUBJECTS
 
-PAPER_RIGHT, PAPER_TAKES = 131, 159
 ABLATIONS = ("true_words", "true_detections", "no_gesture", "gesture_only")
 
 
-def report_of(outcomes: Sequence[Outcome], *, seed: int, jobs: int, wall_s: float) -> dict[str, Any]:
+def report_of(
+    outcomes: Sequence[Outcome], *, seed: int, jobs: int, wall_s: float, options: ReportOptions = REPORTS
+) -> dict[str, Any]:
     """Count."""
     right = sum(one.right for one in outcomes)
     low, high = wilson(right, len(outcomes))
-    paper = wilson(PAPER_RIGHT, PAPER_TAKES)
+    paper = wilson(options.paper_right, options.paper_takes)
     made = [one.made_s for one in outcomes if one.made_s > 0.0]
     return {
         "takes": len(outcomes),
@@ -29,7 +31,11 @@ def report_of(outcomes: Sequence[Outcome], *, seed: int, jobs: int, wall_s: floa
         "share": round(right / len(outcomes), 4) if outcomes else 0.0,
         "interval": [round(low, 4), round(high, 4)],
         "seed": seed,
-        "paper": {"takes": PAPER_TAKES, "right": PAPER_RIGHT, "interval": [round(value, 4) for value in paper]},
+        "paper": {
+            "takes": options.paper_takes,
+            "right": options.paper_right,
+            "interval": [round(value, 4) for value in paper],
+        },
         "scenarios": _scenarios(outcomes),
         "subjects": _subjects(outcomes),
         "stages": dict(Counter(one.stage or "unknown" for one in outcomes if not one.right)),

@@ -17,9 +17,8 @@ from uncom_bringup.monitor.conversions import COMPRESSED_FORMATS
 from uncom_common.conversions import camera_to_msg, header_to_msg, stamped_transform_to_msg
 
 from uncom_sim.bench_understanding.takes.recording import StoredFrame, TakeRecording
+from uncom_sim.driver.options import AUDIO
 from uncom_sim.driver.ros.conversions import audio_info_to_msg, audio_to_msg
-
-_CHUNK_S = 0.05
 
 
 def write_bag(take: TakeRecording, path: Path, *, force: bool = False) -> Path:
@@ -44,7 +43,7 @@ def _messages(take: TakeRecording) -> Iterator[tuple[float, Topic, Any]]:
     fixed = [stamped_transform_to_msg(transform) for transform, static in take.transforms if static]
     yield start, topics.AUDIO_INFO, audio_info_to_msg()
     yield start, topics.TF_STATIC, TFMessage(transforms=fixed)
-    step = round(_CHUNK_S * take.sample_rate)
+    step = round(AUDIO.chunk_s * take.sample_rate)
     for first in range(0, len(take.samples), step):
         chunk = take.samples[first : first + step]
         stamp = start + first / take.sample_rate

@@ -9,30 +9,27 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
+from uncom_sim.bench_understanding.takes.options import OBJECT_PLACEMENT, ObjectPlacementOptions
 from uncom_sim.bench_understanding.takes.types import Scenario
 from uncom_sim.objects.footprint import outline
-from uncom_sim.types import Point2, Scene, SceneObject, Table
+from uncom_sim.types import DIRECTIONS, Point2, Scene, SceneObject, Table
 from uncom_sim.world.scene_variation import all_visible
 
-GAP_M = 0.045  # between any two things
-AREA_RADIUS_M = 0.12
-_FREE_M = 0.03  # about a thing where it is to go
-_X_M, _Y_M = (0.50, 0.88), 0.42
-_REACH_X_M, _REACH_Y_M = (0.50, 0.73), 0.40
 _TARGETS = {
     "in_front_of": ((0.66, 0.86), (-0.38, 0.38)),
     "behind": ((0.50, 0.64), (-0.38, 0.38)),
     "left_of": ((0.50, 0.76), (-0.38, 0.18)),
     "right_of": ((0.50, 0.76), (-0.18, 0.38)),
 }
-_TRIES = 80
-_BESIDE_M = 0.03  # gap of a thing put beside another
-_LARGEST_M = 0.07  # a long thing can be turned
-DIRECTIONS = {"left_of": (0.0, 1.0), "right_of": (0.0, -1.0), "in_front_of": (-1.0, 0.0), "behind": (1.0, 0.0)}
 
 
 def arrange_objects(
-    things: Sequence[SceneObject], relation: str, scenario: Scenario, rng: np.random.Generator
+    things: Sequence[SceneObject],
+    relation: str,
+    scenario: Scenario,
+    rng: np.random.Generator,
+    *,
+    options: ObjectPlacementOptions = OBJECT_PLACEMENT,
 ) -> tuple[tuple[SceneObject, ...], Point2 | None] | None:
     """Place things on the table; the other value is the free place that is meant, for the relation "area".
 
@@ -42,35 +39,41 @@ def arrange_objects(
     placed: list[SceneObject] = []
     shapes: list[shapely.Polygon] = []
     for thing in things:
-        found = _place(thing, shapes, table, rng, *_where(thing.id, relation))
+        found = _place(thing, shapes, table, rng, *_where(thing.id, relation, options=options), options=options)
         if found is None:
             return None
         placed.append(found)
         shapes.append(outline(found))
-    area = _free_place(placed[0], shapes, table, rng) if relation == "area" else None
+    area = _free_place(placed[0], shapes, table, rng, options=options) if relation == "area" else None
     if relation == "area" and area is None:
         return None
     scene = Scene(objects=tuple(placed), say="", table=table)
     if not all_visible(scene):
         return None
     by_id = {thing.id: thing for thing in placed}
-    if scenario.target == "relative area" and not _room_beside(by_id["object"], by_id["target"], placed, relation):
+    if scenario.target == "relative area" and not _room_beside(
+        by_id["object"], by_id["target"], placed, relation, options=options
+    ):
         return None
     return tuple(placed), area
 
 
 def place_additional(
-    scene: Scene, more: Sequence[SceneObject], rng: np.random.Generator
+    scene: Scene,
+    more: Sequence[SceneObject],
+    rng: np.random.Generator,
+    *,
+    options: ObjectPlacementOptions = OBJECT_PLACEMENT,
 ) -> tuple[SceneObject, ...] | None:
     """Return a scene's things with more of them in free places, out of the way of what is asked for; None: no room."""
     meant = scene.meaning
-    for _ in range(_TRIES):
+    for _ in range(options.tries):
         placed = list(scene.objects)
         shapes = [outline(thing) for thing in placed]
         if meant is not None and meant.area is not None:
-            shapes.append(shapely.Point(meant.area).buffer(_LARGEST_M))
+            shapes.append(shapely.Point(meant.area).buffer(options.largest_radius_m))
         for thing in more:
-            found = _place(thing, shapes, scene.table, rng, _X_M, (-_Y_M, _Y_M))
+            found = _place(thing, shapes, scene.table, rng, options.x_m, (-options.y_m, options.y_m), options=options)
             if found is None:
                 break
             placed.append(found)
@@ -82,19 +85,19 @@ def place_additional(
         if (
             meant is None
             or not sided
-            or _room_beside(by_id[meant.object], by_id[str(meant.target)], placed, meant.relation)
+            or _room_beside(by_id[meant.object], by_id[str(meant.target)], placed, meant.relation, options=options)
         ):
             return tuple(placed)
     return None
 
 
-def _where(name: str, relation: str) -> tuple[Point2, Point2]:
+def _where(name: str, relation: str, *, options: ObjectPlacementOptions = OBJECT_PLACEMENT) -> tuple[Point2, Point2]:
     """Return the ranges of x and y [m] for a thing; a target leaves room on the side where something is to go."""
     if name == "target" and relation in _TARGETS:
         return _TARGETS[relation]
     if name in ("object", "target"):
-        return _REACH_X_M, (-_REACH_Y_M, _REACH_Y_M)
-    return _X_M, (-_Y_M, _Y_M)
+        return options.reach_x_m, (-options.reach_y_m, options.reach_y_m)
+    return options.x_m, (-options.y_m, options.y_m)
 
 
 def _place(
@@ -104,13 +107,15 @@ def _place(
     rng: np.random.Generator,
     x_range: Point2,
     y_range: Point2,
+    *,
+    options: ObjectPlacementOptions = OBJECT_PLACEMENT,
 ) -> SceneObject | None:
     top = shapely.box(table.x_min, table.y_min, table.x_max, table.y_max).buffer(-0.01)
-    for _ in range(_TRIES):
+    for _ in range(options.tries):
         x, y, yaw = rng.uniform(*x_range), rng.uniform(*y_range), rng.uniform(-np.pi, np.pi)
         moved = replace(thing, x=round(float(x), 4), y=round(float(y), 4), yaw=round(float(yaw), 3))
         shape = outline(moved)
-        if top.contains(shape) and all(shape.distance(other) >= GAP_M for other in shapes):
+        if top.contains(shape) and all(shape.distance(other) >= options.gap_m for other in shapes):
             return moved
     return None
 
@@ -122,30 +127,46 @@ def radius_of(thing: SceneObject) -> float:
 
 
 def _free_place(
-    thing: SceneObject, shapes: Sequence[shapely.Polygon], table: Table, rng: np.random.Generator
+    thing: SceneObject,
+    shapes: Sequence[shapely.Polygon],
+    table: Table,
+    rng: np.random.Generator,
+    *,
+    options: ObjectPlacementOptions = OBJECT_PLACEMENT,
 ) -> Point2 | None:
     radius = min(radius_of(thing), 0.11)
-    for _ in range(_TRIES):
-        x, y = float(rng.uniform(*_REACH_X_M)), float(rng.uniform(-_REACH_Y_M, _REACH_Y_M))
+    for _ in range(options.tries):
+        x, y = float(rng.uniform(*options.reach_x_m)), float(rng.uniform(-options.reach_y_m, options.reach_y_m))
         away = min(shape.distance(shapely.Point(x, y)) for shape in shapes)
-        if away >= max(radius + _FREE_M, 0.10) and table.contains(x, y, margin=min(radius, 0.08)):
+        if away >= max(radius + options.free_m, options.free_radius_m) and table.contains(
+            x, y, margin=min(radius, 0.08)
+        ):
             return x, y
     return None
 
 
-def _room_beside(thing: SceneObject, target: SceneObject, placed: Sequence[SceneObject], relation: str) -> bool:
+def _room_beside(
+    thing: SceneObject,
+    target: SceneObject,
+    placed: Sequence[SceneObject],
+    relation: str,
+    *,
+    options: ObjectPlacementOptions = OBJECT_PLACEMENT,
+) -> bool:
     """Whether a thing fits beside another one, in the direction that is meant."""
     table = Table()
-    radius = min(radius_of(thing), _LARGEST_M)
+    radius = min(radius_of(thing), options.largest_radius_m)
     others = [outline(other) for other in placed if other.id not in (thing.id, target.id)]
     here = outline(target)
     ways = DIRECTIONS.values() if relation == "next_to" else (DIRECTIONS[relation],)
     for dx, dy in ways:
-        edge = _reach(here, target, (dx, dy)) + _BESIDE_M + radius
+        edge = _reach(here, target, (dx, dy)) + options.beside_m + radius
         for side in (-0.3, 0.0, 0.3):
             x, y = target.x + edge * (dx - side * dy), target.y + edge * (dy + side * dx)
             spot = shapely.Point(x, y).buffer(radius)
-            if table.contains(x, y, margin=radius + 0.02) and all(spot.distance(s) > 0.02 for s in others):
+            if table.contains(x, y, margin=radius + options.room_gap_m) and all(
+                spot.distance(s) > options.room_gap_m for s in others
+            ):
                 return True
     return False
 

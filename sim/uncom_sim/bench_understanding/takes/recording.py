@@ -22,9 +22,8 @@ from uncom_common.transforms import StampedTransform, matrix_from_pose
 from uncom_perception.objects.scene_detector import OutsidePoses
 
 from uncom_sim.exceptions import SimError
-from uncom_sim.types import ObjectState, SpokenWord
+from uncom_sim.types import SAMPLE_RATE_HZ, ObjectState, SpokenWord
 
-SAMPLE_RATE_HZ = 16000
 DEPTH_ENCODING = "32FC1"  # what image_codec.encode_depth writes
 _META, _SOUND = "take.json", "sound.npy"
 

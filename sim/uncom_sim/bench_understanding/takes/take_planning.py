@@ -10,6 +10,7 @@ import numpy as np
 from uncom_common.primitive import Primitive
 
 from uncom_sim.bench_understanding.takes.object_placement import arrange_objects, place_additional
+from uncom_sim.bench_understanding.takes.options import TAKE_PLANNING, TakePlanningOptions
 from uncom_sim.bench_understanding.takes.scenarios import scenarios
 from uncom_sim.bench_understanding.takes.types import Cast, Conditions, Rivals, Scenario, TakePlan
 from uncom_sim.exceptions import SceneError
@@ -38,7 +39,6 @@ _VESSELS = ("bowl", "plate", "mug", "cup", "frying pan")
 _OTHERS = ("box", "cereal box", "bottle", "can", "spoon")
 # Kinds that people call by each other's names; where one is named, the other would be a riddle.
 _ALIKE = ({"mug", "cup"}, {"box", "cereal box"}, {"spoon"})
-_ATTEMPTS = 600
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,13 @@ class _Thing:
     colour: str
 
 
-def plan_takes(seed: int, numbers: Sequence[int] = (), takes: int | None = None) -> tuple[TakePlan, ...]:
+def plan_takes(
+    seed: int,
+    numbers: Sequence[int] = (),
+    takes: int | None = None,
+    *,
+    take_planning_options: TakePlanningOptions = TAKE_PLANNING,
+) -> tuple[TakePlan, ...]:
     """Plan takes: of all scenarios or those of some numbers, as many as the authors had, or so many in all.
 
     With `takes`, they are spread over the scenarios as evenly as their numbers allow.
@@ -60,10 +66,12 @@ def plan_takes(seed: int, numbers: Sequence[int] = (), takes: int | None = None)
     if takes is not None and takes < len(wanted):
         by_turns = sorted(wanted, key=lambda pair: (pair[1] / pair[0].takes, pair[0].id))
         wanted = sorted(by_turns[:takes], key=lambda pair: (pair[0].id, pair[1]))
-    return tuple(plan_take(s, index, seed) for s, index in wanted)
+    return tuple(plan_take(s, index, seed, take_planning_options=take_planning_options) for s, index in wanted)
 
 
-def plan_take(scenario: Scenario, index: int, seed: int) -> TakePlan:
+def plan_take(
+    scenario: Scenario, index: int, seed: int, *, take_planning_options: TakePlanningOptions = TAKE_PLANNING
+) -> TakePlan:
     """Plan one take; it depends on nothing but the scenario, the number and the seed.
 
     Raises:
@@ -72,13 +80,13 @@ def plan_take(scenario: Scenario, index: int, seed: int) -> TakePlan:
     rng = np.random.default_rng([seed, scenario.id, index, 11])
     relation = str(_by_turns(tuple(scenario.relations), index, rng))
     cast = scenario.casts[index % len(scenario.casts)]
-    person, manner = _person(rng)
+    person, manner = _person(rng, take_planning_options)
     conditions = Conditions(
         light=round(float(rng.uniform(0.7, 1.12)), 3),
         camera_noise=round(float(rng.uniform(0.5, 2.0)), 3),
         exposure_s=round(float(rng.uniform(0.008, 0.033)), 4),
     )
-    for _ in range(_ATTEMPTS):
+    for _ in range(take_planning_options.attempts):
         things = _things(scenario, cast, rng)
         placed = arrange_objects(things, relation, scenario, rng)
         if placed is not None:
@@ -206,7 +214,7 @@ def _colour(kind: str, rng: np.random.Generator) -> str:
     return natural_colour(kind) if choices is None else str(rng.choice(choices))
 
 
-def _person(rng: np.random.Generator) -> tuple[PersonOptions, str]:
+def _person(rng: np.random.Generator, options: TakePlanningOptions = TAKE_PLANNING) -> tuple[PersonOptions, str]:
     """Draw a person and how they point: in time, early, late, or with an unsteady hand."""
     person = PersonOptions(
         hand=str(rng.choice(HANDS)),
@@ -222,10 +230,10 @@ def _person(rng: np.random.Generator) -> tuple[PersonOptions, str]:
         waver=0.0,
     )
     draw, amount = rng.random(2)
-    if draw < 0.15:
+    if draw < options.early_below:
         return replace(person, lead=round(float(0.4 + 0.4 * amount), 3)), "early"
-    if draw < 0.30:
+    if draw < options.late_below:
         return replace(person, lead=round(float(-0.10 - 0.25 * amount), 3)), "late"
-    if draw < 0.45:
+    if draw < options.wavering_below:
         return replace(person, waver=round(float(0.006 + 0.012 * amount), 4)), "wavering"
     return person, "plain"

@@ -12,6 +12,7 @@ import numpy as np
 from uncom_bringup.bags import image_codec
 from uncom_bringup.bags.image_codec import encode_depth, encode_jpeg
 
+from uncom_sim.bench_understanding.takes.options import FILMING, FilmingOptions
 from uncom_sim.bench_understanding.takes.recording import Link, StoredFrame, TakeRecording, TruePointing, Truth
 from uncom_sim.bench_understanding.takes.types import TakePlan
 from uncom_sim.camera.noise import CameraNoise
@@ -19,13 +20,9 @@ from uncom_sim.camera.views import HEAD_CAMERA
 from uncom_sim.person.behaviour import PersonBehaviour
 from uncom_sim.robot.description import CAMERA_FRAME
 from uncom_sim.types import SpokenWord
-from uncom_sim.world.simulator import Frames, Simulator, SimulatorOptions
+from uncom_sim.world.simulator import Simulator
+from uncom_sim.world.simulator_types import Frames, SimulatorOptions
 
-START_S = 100.0  # stamp of the beginning of every take [s]
-RATE_HZ = 8.0  # the simulated robot's camera
-_AFTER_WORDS_S = 1.5  # what comes later can have no meaning for them
-_BLUR_PX = 1.5  # motion during the exposure from which on it is drawn
-_FAST_PX = 10.0
 # Whose change makes other takes of the same plan.
 _SOURCES = (
     "types.py",
@@ -52,7 +49,7 @@ def generator_version() -> str:
     return digest.hexdigest()[:16]
 
 
-def make_take(plan: TakePlan) -> TakeRecording:
+def make_take(plan: TakePlan, *, filming_options: FilmingOptions = FILMING) -> TakeRecording:
     """Film one take; the same plan gives the same bytes.
 
     Raises:
@@ -64,20 +61,32 @@ def make_take(plan: TakePlan) -> TakeRecording:
     try:
         person = simulator.world.person
         stored = tuple(
-            _frame(simulator, person, number / RATE_HZ, conditions.exposure_s) for number in range(_count(person))
+            _frame(
+                simulator,
+                person,
+                number / filming_options.rate_hz,
+                conditions.exposure_s,
+                filming_options=filming_options,
+            )
+            for number in range(_count(person, filming_options=filming_options))
         )
         links = (*_links(simulator.moving_frames(), static=False), *_links(simulator.fixed_frames(), static=True))
         return TakeRecording(
             samples=person.samples,
-            sound_start_s=START_S,
+            sound_start_s=filming_options.start_s,
             camera=HEAD_CAMERA,
             camera_frame=CAMERA_FRAME,
             links=links,
             stored=stored,
             truth=Truth(
-                tuple(SpokenWord(w.text, START_S + w.start_s, START_S + w.end_s) for w in person.words),
                 tuple(
-                    TruePointing(p.role, _three(p.place), START_S + p.start_s, START_S + p.end_s)
+                    SpokenWord(w.text, filming_options.start_s + w.start_s, filming_options.start_s + w.end_s)
+                    for w in person.words
+                ),
+                tuple(
+                    TruePointing(
+                        p.role, _three(p.place), filming_options.start_s + p.start_s, filming_options.start_s + p.end_s
+                    )
                     for p in person.pointing
                 ),
                 simulator.object_states(),
@@ -88,18 +97,29 @@ def make_take(plan: TakePlan) -> TakeRecording:
         simulator.close()
 
 
-def _count(person: PersonBehaviour) -> int:
+def _count(person: PersonBehaviour, *, filming_options: FilmingOptions = FILMING) -> int:
     """Return how many images matter: all up to a while after the last word."""
-    last = person.words[-1].end_s + _AFTER_WORDS_S if person.words else person.duration_s
-    return int(np.floor(min(last, person.duration_s) * RATE_HZ)) + 1
+    last = person.words[-1].end_s + filming_options.after_words_s if person.words else person.duration_s
+    return int(np.floor(min(last, person.duration_s) * filming_options.rate_hz)) + 1
 
 
-def _frame(simulator: Simulator, person: PersonBehaviour, time_s: float, exposure_s: float) -> StoredFrame:
-    rgb, depth = simulator.film(time_s, exposure_s, moments_of(person, time_s, exposure_s))
-    return StoredFrame(START_S + time_s, encode_jpeg(rgb), encode_depth(depth))
+def _frame(
+    simulator: Simulator,
+    person: PersonBehaviour,
+    time_s: float,
+    exposure_s: float,
+    *,
+    filming_options: FilmingOptions = FILMING,
+) -> StoredFrame:
+    rgb, depth = simulator.film(
+        time_s, exposure_s, moments_of(person, time_s, exposure_s, filming_options=filming_options)
+    )
+    return StoredFrame(filming_options.start_s + time_s, encode_jpeg(rgb), encode_depth(depth))
 
 
-def moments_of(person: PersonBehaviour, time_s: float, exposure_s: float) -> int:
+def moments_of(
+    person: PersonBehaviour, time_s: float, exposure_s: float, *, filming_options: FilmingOptions = FILMING
+) -> int:
     """Return how many moments of the exposure have to be drawn for a smooth blur: an odd number, 1 for none."""
     ends = [person.hand_at(time_s + share * exposure_s) for share in (-0.5, 0.5)]
     if ends[0] is None or ends[1] is None:
@@ -107,9 +127,9 @@ def moments_of(person: PersonBehaviour, time_s: float, exposure_s: float) -> int
     joints = person.hand.joints
     moved = [joints @ pose[:3, :3].T + pose[:3, 3] for pose in ends if pose is not None]
     pixels = float(np.linalg.norm(moved[1] - moved[0], axis=1).max()) * HEAD_CAMERA.fx / 0.8
-    if pixels < _BLUR_PX:
+    if pixels < filming_options.blur_px:
         return 1
-    return 3 if pixels < _FAST_PX else 5
+    return 3 if pixels < filming_options.fast_px else 5
 
 
 def _links(frames: Frames, *, static: bool) -> tuple[Link, ...]:

@@ -33,9 +33,8 @@ from uncom_sim.controllers.diff_drive import Odometry
 from uncom_sim.controllers.joint_trajectory import Outcome
 from uncom_sim.controllers.tolerances import GoalTolerances, Tolerance
 from uncom_sim.controllers.trajectory import SetPoint, Trajectory, Waypoint
-from uncom_sim.types import ObjectState, SpokenWord
-from uncom_sim.world.microphone import SAMPLE_RATE_HZ
-from uncom_sim.world.simulator import Frames, JointState
+from uncom_sim.types import SAMPLE_RATE_HZ, ObjectState, SpokenWord
+from uncom_sim.world.simulator_types import Frames, JointState
 
 _COVARIANCE = np.diag((0.001, 0.001, 0.001, 0.001, 0.001, 0.01)).reshape(-1)
 

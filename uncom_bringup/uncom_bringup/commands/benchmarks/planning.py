@@ -31,12 +31,13 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the benchmark."""
     with simulator_needed():
-        from uncom_sim.bench_planning import run as bench_planning  # noqa: PLC0415  (only when it runs)
+        from uncom_sim.bench_planning import report  # noqa: PLC0415  (only when it runs)
+        from uncom_sim.bench_planning import run as bench_planning  # noqa: PLC0415
     if options.poses < 1 or options.plans < 1:
         raise BadInputError("--poses and --plans must be at least 1")
     result = bench_planning.run_benchmark(options.seed, options.poses, options.plans, output.note)
     if options.json:
         output.emit_json(result)
     else:
-        output.emit(bench_planning.table(result))
+        output.emit(report.table(result))
     return 0
