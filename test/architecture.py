@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,7 +41,12 @@ class Module:
         return {name for name in self.imports if name.split(".")[0] in roots}
 
 
-def modules() -> Iterator[Module]:
+@functools.cache
+def modules() -> tuple[Module, ...]:
+    return tuple(_read_modules())
+
+
+def _read_modules() -> Iterator[Module]:
     for package, folder in PACKAGES.items():
         for path in sorted(folder.rglob("*.py")):
             tree = ast.parse(path.read_text(encoding="utf-8"))

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The documentation is what the code says: reference pages, picture of the rooms, links and glossary."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+from architecture import ROOT
+
+
+def run(*command: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, *command],
+        cwd=ROOT,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        timeout=280,
+        check=False,
+    )
+
+
+def test_the_reference_pages_are_what_the_nodes_offer(domain):
+    done = run("docs/generate_reference.py", "--check", ROS_DOMAIN_ID=str(domain))
+    assert done.returncode == 0, done.stderr[-2000:]
+
+
+def test_the_picture_of_the_rooms_is_drawn_from_their_declared_order():
+    done = run("docs/draw_rooms.py", "--check")
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", *sorted(ROOT.glob("docs/**/*.md"))], ids=lambda page: page.name)
+def test_files_that_a_page_names_are_there(page):
+    """A path in code spelling that begins with one of our folders must exist."""
+    if "api" in page.parts:
+        pytest.skip("generated")
+    roots = tuple(f"{entry.name}/" for entry in ROOT.iterdir() if entry.is_dir() and not entry.name.startswith("."))
+    named = [word.rstrip("/") for line in page.read_text(encoding="utf-8").split("`")[1::2] for word in line.split()]
+    paths = [word for word in named if word.startswith(roots) and not set(word) & set("*<>{}()[]…")]
+    assert not [path for path in paths if not (ROOT / path).exists()]
