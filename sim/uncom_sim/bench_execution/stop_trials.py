@@ -17,7 +17,7 @@ from uncom_common.primitive import Primitive
 from uncom_common.transforms import apply, invert
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.execution.engine import Engine
-from uncom_tiago_exec.observation.verification import footprint_centre
+from uncom_tiago_exec.observation.detection_geometry import footprint_centre
 from uncom_tiago_exec.robot.robot_model import RobotModel
 from uncom_tiago_exec.scene.base_frame import task_in_odom
 from uncom_tiago_exec.types import ManipulationTask, Outcome, Stage, Status

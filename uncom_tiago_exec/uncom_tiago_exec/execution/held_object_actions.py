@@ -13,8 +13,8 @@ from uncom_tiago_exec.execution.execution_state import ExecutionState, PlanUnder
 from uncom_tiago_exec.execution.recovery import plan_in_present_scene
 from uncom_tiago_exec.execution.task_actions import ExecutionParts
 from uncom_tiago_exec.execution.task_planner import middle_places_in_odom
+from uncom_tiago_exec.observation.detection_geometry import footprint_centre
 from uncom_tiago_exec.observation.robot_segmentation import robot_boxes, task_with_held_object, without_detections
-from uncom_tiago_exec.observation.verification import footprint_centre
 from uncom_tiago_exec.planning.alternatives import NOT_SO
 from uncom_tiago_exec.planning.plan import MoveStep, Plan
 from uncom_tiago_exec.scene.base_frame import task_in_base

@@ -15,7 +15,8 @@ from uncom_tiago_exec.observation.object_reidentification import (
     update_task_unobstructed,
     with_remembered_objects,
 )
-from uncom_tiago_exec.observation.verification import expected_place, verify
+from uncom_tiago_exec.observation.relation_measurement import expected_place
+from uncom_tiago_exec.observation.verification import verify
 from uncom_tiago_exec.planning.plan import Plan
 from uncom_tiago_exec.scene.base_frame import scene_in_odom, task_in_base
 from uncom_tiago_exec.skills.skill import Skill
