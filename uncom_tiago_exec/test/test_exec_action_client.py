@@ -13,7 +13,7 @@ from rclpy.action import ActionServer
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from uncom_tiago_exec.ros.patient_action_client import PatientActionClient
+from uncom_tiago_exec.ros.race_free_action_client import RaceFreeActionClient
 
 DOMAIN = 88
 NAME = "/quick_controller/follow_joint_trajectory"
@@ -55,7 +55,7 @@ def spun():
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
     executor.add_node(server_node)
-    client = PatientActionClient(node, FollowJointTrajectory, NAME)
+    client = RaceFreeActionClient(node, FollowJointTrajectory, NAME)
     thread = threading.Thread(target=executor.spin, daemon=True)
     thread.start()
     yield client

@@ -16,7 +16,8 @@ from sensor_msgs.msg import JointState
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import MotionError
 from uncom_tiago_exec.ros.debounce import Debounce
-from uncom_tiago_exec.ros.ros_robot import CONTROLLERS, RosRobot
+from uncom_tiago_exec.ros.ros_robot import RosRobot
+from uncom_tiago_exec.ros.trajectory_clients import CONTROLLERS
 from uncom_tiago_exec.types import Trajectory
 
 DOMAIN = 83
@@ -91,7 +92,7 @@ def robot_with():
         made.append(mute)
         threading.Thread(target=executor.spin, daemon=True).start()
         for name in (TORSO, ARM):
-            assert robot._clients[name].wait_for_server(20.0)
+            assert robot._controllers.clients[name].wait_for_server(20.0)
         joints = threading.Event()
         node.create_subscription(JointState, "/joint_states", lambda _: joints.set(), 10)
         assert joints.wait(20.0)

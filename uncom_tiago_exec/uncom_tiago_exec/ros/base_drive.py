@@ -4,25 +4,38 @@
 from __future__ import annotations
 
 import threading
-from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
+from rclpy.callback_groups import CallbackGroup
 from rclpy.node import Node
 
 from uncom_tiago_exec.exceptions import MotionError, StoppedError
 from uncom_tiago_exec.execution.base_driver import drive_velocity
 from uncom_tiago_exec.execution.options import BASE_DRIVE
+from uncom_tiago_exec.ros.options import ROBOT_CONNECTION, RobotConnectionOptions
 
 _BASE = "/mobile_base_controller"
-_TICK_S = 0.02
-_FIRST_S = 1.0  # [s] until the odometry tells something
-_EXTRA_S = 5.0
 
 
-def drive_base(node: Node, group: Any, distance: float, stop: threading.Event, frame: str) -> None:
-    """Drive by a distance [m], back if negative. The odometry is listened to only meanwhile.
+def drive_base(
+    node: Node,
+    group: CallbackGroup,
+    distance: float,
+    stop: threading.Event,
+    frame: str,
+    options: RobotConnectionOptions = ROBOT_CONNECTION,
+) -> None:
+    """Drive straight on by a distance [m], back if negative. The odometry is listened to only meanwhile.
+
+    Args:
+        node: whose clock counts.
+        group: in which odometry is handled.
+        distance: along the heading of the base [m].
+        stop: set once the base is to stand still.
+        frame: of the base.
+        options: of the connection.
 
     Raises:
         MotionError: there is no odometry, or the base did not get there in time.
@@ -48,14 +61,14 @@ def drive_base(node: Node, group: Any, distance: float, stop: threading.Event, f
     listening = node.create_subscription(Odometry, f"{_BASE}/odom", on_odometry, 10, callback_group=group)
     commands = node.create_publisher(TwistStamped, f"{_BASE}/cmd_vel", 10)
     began = now()
-    deadline = began + 2.0 * abs(distance) / BASE_DRIVE.speed_mps + _EXTRA_S
+    deadline = began + 2.0 * abs(distance) / BASE_DRIVE.speed_mps + options.overtime_s
     try:
         while True:
             if stop.is_set():
                 raise StoppedError("stopped on request")
-            if now() > deadline or (not places and now() - began > _FIRST_S):
+            if now() > deadline or (not places and now() - began > options.odometry_s):
                 raise MotionError(f"the base does not drive; are {_BASE}/odom and {_BASE}/cmd_vel there?")
-            heard.wait(_TICK_S)
+            heard.wait(options.poll_s)
             heard.clear()
             if not places:
                 continue

@@ -14,7 +14,7 @@ from typing import Any
 from rclpy.action import ActionClient
 
 
-class PatientActionClient(ActionClient):
+class RaceFreeActionClient(ActionClient):
     """ActionClient whose answers are handled only when the requests they belong to are known."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
