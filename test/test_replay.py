@@ -22,7 +22,7 @@ from uncom_bringup.bags.bag_writer import BagWriter
 from uncom_bringup.exceptions import BadInputError
 from uncom_bringup.graph.topics import DEPTH, RGB, Form, Role, Topic
 from uncom_bringup.monitor.conversions import compressed_from_image
-from uncom_bringup.replay.playback_clock import Playback, ahead_of_time
+from uncom_bringup.replay.playback_clock import Playback, prefetch
 from uncom_bringup.replay.player_node import PlayerNode, chosen_topics
 from uncom_bringup.replay.recorder_node import RecorderNode
 from uncom_common.conversions import depth_from_msg, depth_to_msg, rgb_from_msg, rgb_to_msg, time_to_msg
@@ -116,7 +116,7 @@ def test_a_bag_arrives_whole_in_order_and_at_its_pace(bag_path, ear, context):
     with BagReader(bag_path) as bag:
         player = PlayerNode(chosen_topics(bag, ()), clock=True, context=context)
         ear.wait(lambda: all(p.image is None or p.image.get_subscription_count() for p in player._channels.values()))
-        items = ahead_of_time(player.prepare(message) for message in bag.messages(player.published_topics))
+        items = prefetch(player.prepare(message) for message in bag.messages(player.published_topics))
         played = Playback(player.send, player.tell_time).play(items, bag.start_ns, 1.0)
         ear.wait(lambda: min(len(ear.heard[RGB.name]), len(ear.heard[DEPTH.name])) == COUNT)
     depths = [float(np.nanmean(depth_from_msg(msg))) for _, msg in ear.heard[DEPTH.name]]

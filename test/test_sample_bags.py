@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 import yaml
 from uncom_bringup.bags.bag_reader import BagReader
-from uncom_bringup.report.answer import answer
 from uncom_bringup.report.compare import compare
+from uncom_bringup.report.reproducible_result import reproducible_result
 from uncom_bringup.ros.understand_recording import check_bag, understand, understand_in_process
 
 BAGS = Path(__file__).resolve().parents[1] / "bags"
@@ -43,7 +43,7 @@ def near(found, wanted, tolerance):
 def test_a_bag_still_gives_what_is_expected(name):
     expected = MANIFEST["bags"][name]["expected"]
     seen = understand_in_process(path_of(name))
-    found = seen.answer()
+    found = seen.reproducible_result()
     assert found["examined"] == found["pictures"] > 0
     assert found["heard"] == expected["heard"]
     last = found["commands"][-1]
@@ -66,7 +66,7 @@ def test_two_runs_at_two_rates_give_the_same_answer_digit_for_digit(tmp_path, do
     with BagReader(path_of("named_things")) as bag:
         check_bag(bag)
         slow = understand(bag, tmp_path / "log", rate=1.0)
-    assert fast.answer() == slow.answer()
-    assert compare(fast.answer(), slow.answer()) == []
-    assert answer(fast.record)["commands"]
+    assert fast.reproducible_result() == slow.reproducible_result()
+    assert compare(fast.reproducible_result(), slow.reproducible_result()) == []
+    assert reproducible_result(fast.record)["commands"]
     assert fast.examined == fast.pictures

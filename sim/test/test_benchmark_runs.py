@@ -9,7 +9,7 @@ from functools import partial
 
 import pytest
 from distributed import LocalCluster
-from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.monitor import run_record
 from uncom_bringup.ros.understand_recording import understand_in_process
 from uncom_common.conversions import primitive_to_msg
 from uncom_sim.bench_understanding import run as benchmark
@@ -55,8 +55,8 @@ def node_answer(worker, plan, tmp_path):
     """Return what the graph of nodes makes of the take's bag."""
     bag = write_bag(worker.recording(plan)[0], tmp_path / f"{plan.name}.mcap", force=True)
     record = understand_in_process(bag, domain=DOMAIN).record
-    heard = " / ".join(event.data["text"] for event in record.of(kinds.TRANSCRIPT))
-    grounded = record.of(kinds.GROUNDED)
+    heard = " / ".join(event.data["text"] for event in record.of(run_record.TRANSCRIPT))
+    grounded = record.of(run_record.GROUNDED)
     return heard, grounded[0].data if grounded else None
 
 

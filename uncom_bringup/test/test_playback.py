@@ -14,7 +14,7 @@ import pytest
 from uncom_bringup.commands.replay import remappings
 from uncom_bringup.exceptions import BadInputError
 from uncom_bringup.replay.keyboard import DOWN, RIGHT, SPACE, UP, Keyboard
-from uncom_bringup.replay.playback_clock import Playback, ahead_of_time
+from uncom_bringup.replay.playback_clock import Playback, prefetch
 
 
 @dataclass(frozen=True)
@@ -97,9 +97,9 @@ def test_what_is_made_ahead_comes_in_order_and_its_error_is_raised():
 
     found = []
     with pytest.raises(BadInputError, match="ends here"):
-        found.extend(ahead_of_time(source()))
+        found.extend(prefetch(source()))
     assert found == items(100)
-    reader = ahead_of_time(source())
+    reader = prefetch(source())
     assert [next(reader) for _ in range(3)] == items(3)
     reader.close()
 

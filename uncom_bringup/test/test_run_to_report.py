@@ -9,12 +9,11 @@ import av
 import numpy as np
 import pytest
 from uncom_bringup.bags.image_codec import encode_jpeg
-from uncom_bringup.monitor import completion
-from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.monitor import completion, run_record
 from uncom_bringup.monitor.conversions import message_class, plain_from_msg
 from uncom_bringup.monitor.run_record import Event, Frame, RunRecord
-from uncom_bringup.report import artifacts, execution_tree, progress, summary
-from uncom_bringup.report.page import Outcome
+from uncom_bringup.report import execution_tree, progress, run_files, summary
+from uncom_bringup.report.report_page import Outcome
 from uncom_common.conversions import time_to_msg
 
 WORDS = ["take", "the", "lemon", "and", "put", "it", "in", "this", "bowl"]
@@ -42,7 +41,7 @@ def transcript(text=WORDS, at=20.0):
         word(text=w, start=time_to_msg(10 + 0.3 * n), end=time_to_msg(10.25 + 0.3 * n), confidence=0.9)
         for n, w in enumerate(text)
     ]
-    return event(kinds.TRANSCRIPT, message("Transcript", utterance_id="u1", text=" ".join(text), words=words), at)
+    return event(run_record.TRANSCRIPT, message("Transcript", utterance_id="u1", text=" ".join(text), words=words), at)
 
 
 def command(act=0, **fields):
@@ -52,7 +51,7 @@ def command(act=0, **fields):
         "act": act,
         "text": " ".join(WORDS),
         "action_text": "put",
-        "primitive": kinds.PRIMITIVE_NAMES.index("put_in"),
+        "primitive": run_record.PRIMITIVE_NAMES.index("put_in"),
         "relation": "in",
         "object__present": True,
         "object__text": "lemon",
@@ -60,7 +59,7 @@ def command(act=0, **fields):
         "target__text": "bowl",
         **fields,
     }
-    return event(kinds.COMMAND, message("Command", **full), 20.1)
+    return event(run_record.COMMAND, message("Command", **full), 20.1)
 
 
 def grounded(status=0, **fields):
@@ -73,16 +72,16 @@ def grounded(status=0, **fields):
         "target__kind": 1,
         "target__object__label": "bowl",
     }
-    return event(kinds.GROUNDED, message("GroundedCommand", backends=["hands=mediapipe 1"], **full), 20.6)
+    return event(run_record.GROUNDED, message("GroundedCommand", backends=["hands=mediapipe 1"], **full), 20.6)
 
 
 def stage(number, name, at, **fields):
     msg = message("ExecutionStatus", utterance_id="u1", stage=number, stage_name=name, **fields)
-    return event(kinds.EXECUTION, msg, at)
+    return event(run_record.EXECUTION, msg, at)
 
 
 def heard_until(seconds, state=0):
-    return event(kinds.SPEECH_STATUS, message("SpeechStatus", state=state), seconds, seconds)
+    return event(run_record.SPEECH_STATUS, message("SpeechStatus", state=state), seconds, seconds)
 
 
 def whole_run():
@@ -202,7 +201,7 @@ EXPLANATION = {
 
 def pictured_run():
     msg = message("Explanation", utterance_id="u1")
-    events = (*whole_run(), event(kinds.EXPLANATION, msg, 20.6, json=EXPLANATION))
+    events = (*whole_run(), event(run_record.EXPLANATION, msg, 20.6, json=EXPLANATION))
     rng = np.random.default_rng(1)
     picture = np.kron(rng.integers(0, 255, (24, 32, 3), np.uint8), np.ones((20, 20, 1), np.uint8))
     frames = tuple(Frame(9.0 + 0.125 * n, 0.0, encode_jpeg(np.roll(picture, 7 * n, axis=1))) for n in range(32))
@@ -210,7 +209,7 @@ def pictured_run():
 
 
 def test_the_page_is_one_file_with_everything_in_it(tmp_path):
-    made = artifacts.write_all(
+    made = run_files.write_run_files(
         tmp_path,
         "a <title>",
         pictured_run(),
@@ -238,7 +237,7 @@ def test_the_page_is_one_file_with_everything_in_it(tmp_path):
 
 
 def test_the_video_plays_at_the_pace_of_the_clock(tmp_path):
-    artifacts.write_all(tmp_path, "t", pictured_run(), Outcome(True, ""), {}, heard="", span_s=(9.0, 12.0))
+    run_files.write_run_files(tmp_path, "t", pictured_run(), Outcome(True, ""), {}, heard="", span_s=(9.0, 12.0))
     with av.open(str(tmp_path / "video.mp4")) as container:
         stream = container.streams.video[0]
         assert stream.codec_context.name == "h264"
@@ -247,7 +246,7 @@ def test_the_video_plays_at_the_pace_of_the_clock(tmp_path):
 
 
 def test_an_empty_run_has_a_page_too(tmp_path):
-    made = artifacts.write_all(
+    made = run_files.write_run_files(
         tmp_path, "t", RunRecord(), Outcome(False, "I heard nothing"), {}, heard="", span_s=(0, 1)
     )
     assert set(made) == {"command", "report"}
@@ -264,9 +263,9 @@ def test_no_number_that_json_cannot_hold_gets_out():
 @pytest.mark.parametrize(
     ("kind", "names", "constants"),
     [
-        ("Command", kinds.ACT_NAMES, "ACT_{}"),
-        ("Command", kinds.PRIMITIVE_NAMES, "PRIMITIVE_{}"),
-        ("GroundedCommand", kinds.STATUS_NAMES, "{}"),
+        ("Command", run_record.ACT_NAMES, "ACT_{}"),
+        ("Command", run_record.PRIMITIVE_NAMES, "PRIMITIVE_{}"),
+        ("GroundedCommand", run_record.STATUS_NAMES, "{}"),
     ],
 )
 def test_every_act_and_status_that_a_message_can_hold_has_its_name(kind, names, constants):
@@ -281,9 +280,9 @@ def test_every_act_and_status_that_a_message_can_hold_has_its_name(kind, names, 
 def test_a_command_that_was_taken_back_has_a_page(tmp_path):
     status = message_class("uncom_interfaces/msg/GroundedCommand").CANCELLED
     grounded = message("GroundedCommand", status=status, reason="you said no")
-    command = event(kinds.COMMAND, message("Command", text=" ".join(WORDS)), 20.1)
-    run = RunRecord((transcript(), command, event(kinds.GROUNDED, grounded, 21.0)))
-    artifacts.write_all(tmp_path, "t", run, Outcome(False, "you said no"), {}, heard="", span_s=(9, 22))
+    command = event(run_record.COMMAND, message("Command", text=" ".join(WORDS)), 20.1)
+    run = RunRecord((transcript(), command, event(run_record.GROUNDED, grounded, 21.0)))
+    run_files.write_run_files(tmp_path, "t", run, Outcome(False, "you said no"), {}, heard="", span_s=(9, 22))
     assert "you said no" in (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "cancelled" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
@@ -307,7 +306,7 @@ def test_the_page_shows_the_tree_that_ran_with_why_its_branches_failed(tmp_path)
     ]
     assert rows[2].reason == "no"
     assert not execution_tree.rows_of(execution_tree.data_of("no json"))
-    artifacts.write_all(tmp_path, "t", record, Outcome(True, "done"), {}, heard="", span_s=(9, 31))
+    run_files.write_run_files(tmp_path, "t", record, Outcome(True, "done"), {}, heard="", span_s=(9, 31))
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "What was tried" in page
     assert "from nearer" in page

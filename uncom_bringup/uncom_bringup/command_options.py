@@ -110,7 +110,7 @@ def decoded(path: Path, decode: Callable[[bytes], Picture], wrong: str) -> Pictu
     """
     data = path.read_bytes()
     try:
-        with output.held_back() as lines:
+        with output.captured_stderr() as lines:
             picture = decode(data)
     except BadInputError as error:
         raise BadInputError(wrong) from error

@@ -58,7 +58,7 @@ def note(line: str) -> None:
 
 
 @contextmanager
-def held_back() -> Iterator[list[str]]:
+def captured_stderr() -> Iterator[list[str]]:
     """Hold back what native libraries write to descriptor 2 in this context; the list has its lines afterwards.
 
     For a short call that tells by its result how it ended; the caller puts it into words.

@@ -101,11 +101,11 @@ def _run_graph(options: DemoOptions, scene_file: Path, domain: int, times: _Time
                 own["require_approval"] = False
             graph.start(spec, own)
         # What listens and writes is imported while the nodes start.
-        from uncom_bringup.report import artifacts  # noqa: PLC0415
+        from uncom_bringup.report import run_files  # noqa: PLC0415
 
         from uncom_sim.demo.ros.demo_graph import DemoListeners  # noqa: PLC0415
 
-        bag = options.folder / artifacts.BAG if options.record else None
+        bag = options.folder / run_files.BAG_FILE if options.record else None
         with DemoListeners(domain, tell, bag, force=True) as listeners:
             _wait_until_up(graph, listeners)
             times.mark("start")
@@ -159,8 +159,8 @@ def _wait_until_done(
 
 def _finish(options: DemoOptions, seen: _Seen, times: _Times, say: Say) -> DemoResult:
     """Score, and write what the run leaves behind."""
-    from uncom_bringup.report import artifacts  # noqa: PLC0415
-    from uncom_bringup.report.page import Outcome  # noqa: PLC0415
+    from uncom_bringup.report import run_files  # noqa: PLC0415
+    from uncom_bringup.report.report_page import Outcome  # noqa: PLC0415
 
     record = seen.record
     scene = options.scene
@@ -186,7 +186,7 @@ def _finish(options: DemoOptions, seen: _Seen, times: _Times, say: Say) -> DemoR
         **{f"wall_{name}": value for name, value in times.marks.items()},
     }
     say(progress.head("writing", f"report, video and bag to {options.folder}"))
-    made = artifacts.write_all(
+    made = run_files.write_run_files(
         options.folder,
         f"UNCOM demo: {scene.name}, seed {options.seed}",
         record,

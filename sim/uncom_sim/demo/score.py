@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.monitor import run_record
 from uncom_bringup.monitor.run_record import STATUS_GROUNDED, RunRecord
 from uncom_bringup.report import summary
 
@@ -31,7 +31,7 @@ def score_run(scene: Scene, record: RunRecord, before: Sequence[ObjectState], af
     The goal is what the person meant. Where the words leave that open, the goal is what the robot itself had chosen
     to do, and the reason says so.
     """
-    grounded = [e.data for e in record.of(kinds.GROUNDED) if e.data["status"] == STATUS_GROUNDED]
+    grounded = [e.data for e in record.of(run_record.GROUNDED) if e.data["status"] == STATUS_GROUNDED]
     chosen = _chosen(grounded[-1], before) if grounded else _NOTHING
     if not before or not after:
         return Score(chosen, PhysicalResult(False, "the simulator told no state", 0.0, 0.0))

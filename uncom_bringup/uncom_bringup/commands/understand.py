@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
     if not path.exists():
         raise BadInputError(f"{path} does not exist")
     from uncom_bringup.bags.bag_reader import BagReader  # noqa: PLC0415
-    from uncom_bringup.report.understanding import leave_result  # noqa: PLC0415
+    from uncom_bringup.report.understanding_result import write_result  # noqa: PLC0415
     from uncom_bringup.ros import understand_recording as understand_node  # noqa: PLC0415  (only when it runs)
 
     begin = time.monotonic()
@@ -72,7 +72,7 @@ def run(options: argparse.Namespace) -> int:
         understand_node.check_bag(bag)
         folder = output_folder(options.out, path.stem, options.force)
         seen = understand_node.understand(bag, folder / "log", rate=options.rate, parameter_files=files, say=say)
-        result = leave_result(folder, f"UNCOM: {path.name}", seen, begin)
+        result = write_result(folder, f"UNCOM: {path.name}", seen, begin)
     if options.json:
         output.emit_json(result)
     else:

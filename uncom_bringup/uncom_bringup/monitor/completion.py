@@ -7,10 +7,10 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
-from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.monitor import run_record
 from uncom_bringup.monitor.run_record import ACT_COMMAND, STATUS_GROUNDED, RunRecord
 
-_ENDED = (kinds.STAGE_DONE, kinds.STAGE_FAILED, kinds.STAGE_STOPPED)
+_ENDED = (run_record.STAGE_DONE, run_record.STAGE_FAILED, run_record.STAGE_STOPPED)
 
 
 def waiting_for(record: RunRecord, sound_until_s: float | None, with_execution: bool = True) -> str | None:
@@ -23,11 +23,11 @@ def waiting_for(record: RunRecord, sound_until_s: float | None, with_execution: 
     """
     if sound_until_s is None:
         return "the person to finish"
-    status = record.last(kinds.SPEECH_STATUS)
-    transcripts = record.of(kinds.TRANSCRIPT)
-    if status is None or status.stamp_s < sound_until_s or status.data["state"] != kinds.SPEECH_IDLE:
+    status = record.last(run_record.SPEECH_STATUS)
+    transcripts = record.of(run_record.TRANSCRIPT)
+    if status is None or status.stamp_s < sound_until_s or status.data["state"] != run_record.SPEECH_IDLE:
         return "speech_node to have examined all sound"
-    commands = record.of(kinds.COMMAND)
+    commands = record.of(run_record.COMMAND)
     answered = Counter(event.data["utterance_id"] for event in commands)
     expected = {event.data["utterance_id"]: max(1, int(event.data["count"])) for event in commands}
     for transcript in transcripts:
@@ -38,9 +38,9 @@ def waiting_for(record: RunRecord, sound_until_s: float | None, with_execution: 
 
 
 def _decisions_missing(record: RunRecord, with_execution: bool) -> str | None:
-    decided = {_key(event.data): event.data for event in record.of(kinds.GROUNDED)}
-    ended = {_key(event.data) for event in record.of(kinds.EXECUTION) if event.data["stage"] in _ENDED}
-    for event in record.of(kinds.COMMAND):
+    decided = {_key(event.data): event.data for event in record.of(run_record.GROUNDED)}
+    ended = {_key(event.data) for event in record.of(run_record.EXECUTION) if event.data["stage"] in _ENDED}
+    for event in record.of(run_record.COMMAND):
         if event.data["act"] != ACT_COMMAND:
             continue
         key = _key(event.data)

@@ -25,26 +25,26 @@ from uncom_bringup.graph.node_specs import (
     REASONER_NODE,
     SPEECH_NODE,
 )
-from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.monitor import run_record
 from uncom_bringup.monitor.conversions import message_class, plain_from_msg
 from uncom_bringup.monitor.run_record import Event, Frame, RunRecord
 
 _LISTENED = {
-    kinds.TRANSCRIPT: topics.TRANSCRIPT,
-    kinds.SPEECH_STATUS: topics.SPEECH_STATUS,
-    kinds.COMMAND: topics.COMMAND,
-    kinds.HANDS: topics.HANDS,
-    kinds.GROUNDED: topics.GROUNDED_COMMAND,
-    kinds.EXPLANATION: topics.EXPLANATION,
-    kinds.EXECUTION: topics.EXECUTION_STATUS,
-    kinds.SAY: topics.SAY,
-    kinds.QUESTION: topics.QUESTION,
+    run_record.TRANSCRIPT: topics.TRANSCRIPT,
+    run_record.SPEECH_STATUS: topics.SPEECH_STATUS,
+    run_record.COMMAND: topics.COMMAND,
+    run_record.HANDS: topics.HANDS,
+    run_record.GROUNDED: topics.GROUNDED_COMMAND,
+    run_record.EXPLANATION: topics.EXPLANATION,
+    run_record.EXECUTION: topics.EXECUTION_STATUS,
+    run_record.SAY: topics.SAY,
+    run_record.QUESTION: topics.QUESTION,
 }
 # What tells that a node works.
 _SIGNS = {
-    kinds.HANDS: (GESTURE_NODE.name, "first picture"),
-    kinds.SPEECH_STATUS: (SPEECH_NODE.name, "first sound"),
-    kinds.EXECUTION: (EXECUTION_NODE.name, "idle"),
+    run_record.HANDS: (GESTURE_NODE.name, "first picture"),
+    run_record.SPEECH_STATUS: (SPEECH_NODE.name, "first sound"),
+    run_record.EXECUTION: (EXECUTION_NODE.name, "idle"),
 }
 _LISTENERS = {LANGUAGE_NODE.name: topics.TRANSCRIPT, REASONER_NODE.name: topics.COMMAND}
 _ANNOTATED_QUALITY = 95
@@ -117,9 +117,9 @@ class MonitorNode(Node):
         self.create_subscription(message_class(topic.type_name), topic.name, receive, qos)
 
     def _add(self, kind: str, msg: Any) -> None:
-        skip = () if kind == kinds.SAY else ("cloud", "mask")
+        skip = () if kind == run_record.SAY else ("cloud", "mask")
         data = plain_from_msg(msg, skip)
-        if kind == kinds.EXPLANATION:
+        if kind == run_record.EXPLANATION:
             data = {**data, "json": _decoded(msg.json)}
         stamp_s = seconds_from_msg(msg.header.stamp) if hasattr(msg, "header") else 0.0
         event = Event(kind, stamp_s, 1e-9 * self.get_clock().now().nanoseconds, time.monotonic(), data)

@@ -43,7 +43,7 @@ class Played:
     ended: bool  # False if the user had enough
 
 
-def ahead_of_time(items: Iterable[AnyT], most: int = _AHEAD) -> Iterator[AnyT]:
+def prefetch(items: Iterable[AnyT], most: int = _AHEAD) -> Iterator[AnyT]:
     """Yield items that another thread has made some way (at most `most`) ahead; its errors are raised here."""
     ready: queue.Queue[tuple[AnyT | None, BaseException | None]] = queue.Queue(most)
     stopped = threading.Event()

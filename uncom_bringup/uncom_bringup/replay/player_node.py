@@ -37,11 +37,11 @@ class _Channel:
 
 
 @dataclass(frozen=True, slots=True)
-class Prepared:
+class PreparedMessage:
     """A message that only has to be sent: who sends what bytes."""
 
     time_ns: int
-    parcels: tuple[tuple[Any, bytes], ...]
+    publications: tuple[tuple[Any, bytes], ...]
 
 
 class PlayerNode(Node):
@@ -92,7 +92,7 @@ class PlayerNode(Node):
         channel = self._channels.get(topic)
         return (channel.image.topic_name,) if channel is not None and channel.image is not None else ()
 
-    def listeners(self, topic: str) -> int:
+    def subscription_count(self, topic: str) -> int:
         """Return how many subscribers have been found for a topic of the bag, its plain images among them."""
         channel = self._channels.get(topic)
         publishers = (channel.raw, channel.image) if channel is not None else ()
@@ -107,26 +107,26 @@ class PlayerNode(Node):
                     left = max(0.0, deadline - time.monotonic())
                     publisher.wait_for_all_acked(Duration(nanoseconds=int(1e9 * left)))
 
-    def prepare(self, message: BagMessage) -> Prepared:
+    def prepare(self, message: BagMessage) -> PreparedMessage:
         """Do all work that sending a message takes, but for sending it; may be called from another thread.
 
         A compressed image that is damaged is sent as it is only, with a warning.
         """
         channel = self._channels.get(message.topic.name)
         if channel is None:
-            return Prepared(message.time_ns, ())
-        parcels: list[tuple[Any, bytes]] = [(channel.raw, message.data)]
+            return PreparedMessage(message.time_ns, ())
+        publications: list[tuple[Any, bytes]] = [(channel.raw, message.data)]
         if channel.image is not None and channel.image.get_subscription_count() > 0:
             try:
                 image = compressed_to_image(deserialize_message(message.data, channel.message_type))
-                parcels.append((channel.image, serialize_message(image)))
+                publications.append((channel.image, serialize_message(image)))
             except BadInputError as error:
                 self.get_logger().warning(f"{message.topic.name}: {error}", throttle_duration_sec=5.0)
-        return Prepared(message.time_ns, tuple(parcels))
+        return PreparedMessage(message.time_ns, tuple(publications))
 
-    def send(self, prepared: Prepared) -> None:
+    def send(self, prepared: PreparedMessage) -> None:
         """Publish what was prepared."""
-        for publisher, data in prepared.parcels:
+        for publisher, data in prepared.publications:
             publisher.publish(data)
 
     def publish(self, message: BagMessage) -> None:

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from uncom_bringup.exceptions import BadInputError
+from uncom_bringup.report.reproducible_result import COMMANDS_FILE
 
-COMMANDS = "command.json"
 _SAME_BOX = 0.5  # overlap of the boxes of one thing in two runs
 _PARTS = ("act", "text", "object", "action", "target", "relation", "reason")
 
@@ -51,7 +51,7 @@ def load_answer(path: Path) -> dict[str, Any]:
     Raises:
         BadInputError: there is none.
     """
-    file = path / COMMANDS if path.is_dir() else path
+    file = path / COMMANDS_FILE if path.is_dir() else path
     if not file.is_file():
         raise BadInputError(f"{file} does not exist; give a folder that `uncom understand` or `uncom demo` left")
     try:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.monitor import run_record
 from uncom_bringup.monitor.run_record import (
     ACT_COMMAND,
     ACT_NAMES,
@@ -88,7 +88,7 @@ def _place(point: Mapping[str, Any]) -> str:
 
 
 def _execution(data: Mapping[str, Any]) -> str | None:
-    if data["stage"] == kinds.STAGE_IDLE:
+    if data["stage"] == run_record.STAGE_IDLE:
         return None
     name = str(data["stage_name"] or data["stage"]).lower().replace("_", " ")
     arm = f"{data['arm']} arm" if data["arm"] else ""
@@ -104,10 +104,10 @@ def _question(data: Mapping[str, Any]) -> str:
 
 
 _MAKERS = {
-    kinds.TRANSCRIPT: _transcript,
-    kinds.COMMAND: _command,
-    kinds.GROUNDED: _grounded,
-    kinds.EXECUTION: _execution,
-    kinds.SAY: _say,
-    kinds.QUESTION: _question,
+    run_record.TRANSCRIPT: _transcript,
+    run_record.COMMAND: _command,
+    run_record.GROUNDED: _grounded,
+    run_record.EXECUTION: _execution,
+    run_record.SAY: _say,
+    run_record.QUESTION: _question,
 }

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
-from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.monitor import run_record
 from uncom_bringup.monitor.run_record import (
     ACT_COMMAND,
     PRIMITIVE_NAMES,
@@ -21,12 +21,12 @@ from uncom_bringup.monitor.run_record import (
 
 def heard(record: RunRecord) -> str:
     """Return all that was heard, utterance by utterance."""
-    return " ".join(event.data["text"] for event in record.of(kinds.TRANSCRIPT)).strip()
+    return " ".join(event.data["text"] for event in record.of(run_record.TRANSCRIPT)).strip()
 
 
 def understood(record: RunRecord) -> dict[str, Any]:
     """Return object, action, target and relation of the last command (empty words for what is missing)."""
-    commands = [event.data for event in record.of(kinds.COMMAND)]
+    commands = [event.data for event in record.of(run_record.COMMAND)]
     chosen = next((data for data in reversed(commands) if data["act"] == ACT_COMMAND), None)
     if chosen is None:
         return {"object": None, "action": None, "target": None, "relation": None}
@@ -84,20 +84,20 @@ def _point(point: Mapping[str, Any]) -> list[float]:
 def failure(record: RunRecord) -> str | None:
     """Return in words why nothing came of the run, or None if a command was grounded and its execution did not fail."""
     # A robot that is idle again says so after it has said how it ended.
-    execution = next((e for e in reversed(record.of(kinds.EXECUTION)) if e.data["stage"] != STAGE_IDLE), None)
-    if execution is not None and execution.data["stage"] in (kinds.STAGE_FAILED, kinds.STAGE_STOPPED):
+    execution = next((e for e in reversed(record.of(run_record.EXECUTION)) if e.data["stage"] != STAGE_IDLE), None)
+    if execution is not None and execution.data["stage"] in (run_record.STAGE_FAILED, run_record.STAGE_STOPPED):
         return str(execution.data["detail"]) or f"execution ended as {execution.data['stage_name']}"
-    grounded = record.last(kinds.GROUNDED)
+    grounded = record.last(run_record.GROUNDED)
     if grounded is not None:
         if grounded.data["status"] == STATUS_GROUNDED:
             return None
         return str(grounded.data["reason"]) or "the command could not be grounded"
-    command = record.last(kinds.COMMAND)
+    command = record.last(run_record.COMMAND)
     if command is not None:
         return str(command.data["reason"]) or "no command was understood"
-    if record.of(kinds.TRANSCRIPT):
+    if record.of(run_record.TRANSCRIPT):
         return "the words that were heard were not answered"
-    status = record.last(kinds.SPEECH_STATUS)
+    status = record.last(run_record.SPEECH_STATUS)
     why = status.data["last_rejection"] if status is not None else ""
     return "I heard no command" + (f": {why}" if why else "")
 
@@ -105,11 +105,15 @@ def failure(record: RunRecord) -> str | None:
 def backends(record: RunRecord) -> dict[str, str]:
     """Return which back end did each stage, as the results themselves say."""
     found: dict[str, str] = {}
-    for stage, kind in (("speech", kinds.TRANSCRIPT), ("language", kinds.COMMAND), ("hands", kinds.HANDS)):
+    for stage, kind in (
+        ("speech", run_record.TRANSCRIPT),
+        ("language", run_record.COMMAND),
+        ("hands", run_record.HANDS),
+    ):
         event = record.last(kind)
         if event is not None and event.data.get("backend"):
             found[stage] = str(event.data["backend"])
-    grounded = record.last(kinds.GROUNDED)
+    grounded = record.last(run_record.GROUNDED)
     for entry in grounded.data["backends"] if grounded is not None else ():
         stage, _, name = str(entry).partition("=")
         if name:
@@ -120,14 +124,17 @@ def backends(record: RunRecord) -> dict[str, str]:
 def timings(record: RunRecord) -> dict[str, float]:
     """Return times [s]: of the utterance, from its end to each result (ROS clock), and of each stage of execution."""
     result: dict[str, float] = {}
-    transcript = record.last(kinds.TRANSCRIPT)
+    transcript = record.last(run_record.TRANSCRIPT)
     if transcript is not None and transcript.data["words"]:
         words = transcript.data["words"]
         end_s = float(words[-1]["end"])
         result["utterance"] = end_s - float(words[0]["start"])
         result["recogniser"] = float(transcript.data["latency_s"])
         result["speech_end_to_words"] = transcript.clock_s - end_s
-        for name, kind in (("speech_end_to_command", kinds.COMMAND), ("speech_end_to_grounded", kinds.GROUNDED)):
+        for name, kind in (
+            ("speech_end_to_command", run_record.COMMAND),
+            ("speech_end_to_grounded", run_record.GROUNDED),
+        ):
             event = _after(record, kind, end_s)
             if event is not None:
                 result[name] = event.clock_s - end_s
@@ -142,7 +149,7 @@ def _after(record: RunRecord, kind: str, clock_s: float) -> Event | None:
 
 def stage_times(record: RunRecord) -> list[tuple[str, float]]:
     """Return the stages of execution in order, each with how long it took [s, ROS clock]."""
-    stages = [event for event in record.of(kinds.EXECUTION) if event.data["stage"] != STAGE_IDLE]
+    stages = [event for event in record.of(run_record.EXECUTION) if event.data["stage"] != STAGE_IDLE]
     times = []
     for event, following in pairwise(stages):
         name = str(event.data["stage_name"] or event.data["stage"]).lower()

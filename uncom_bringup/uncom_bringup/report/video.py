@@ -17,9 +17,9 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
 from uncom_bringup.bags.image_codec import Rgb, decode_colour
-from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.monitor import run_record
 from uncom_bringup.monitor.run_record import Frame, RunRecord
-from uncom_bringup.replay.playback_clock import ahead_of_time
+from uncom_bringup.replay.playback_clock import prefetch
 from uncom_bringup.report import progress
 
 _FPS = 8
@@ -27,8 +27,8 @@ _PRESET = "veryfast"
 _WIDTH, _HEIGHT, _BAND = 640, 480, 92  # px of one picture and of the captions below
 _INK, _DIM, _PAPER = (245, 245, 245), (160, 170, 180), (24, 28, 34)
 _MARGIN = 14
-_LINES = (kinds.TRANSCRIPT, kinds.COMMAND, kinds.EXECUTION)
-_LABELS = {kinds.TRANSCRIPT: "heard", kinds.COMMAND: "understood", kinds.EXECUTION: "robot"}
+_LINES = (run_record.TRANSCRIPT, run_record.COMMAND, run_record.EXECUTION)
+_LABELS = {run_record.TRANSCRIPT: "heard", run_record.COMMAND: "understood", run_record.EXECUTION: "robot"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,11 +48,11 @@ def captions(record: RunRecord) -> list[Caption]:
         if text is None:
             continue
         head, tail = text[: progress.HEAD_WIDTH].strip(), text[progress.HEAD_WIDTH :].strip()
-        if event.kind == kinds.GROUNDED:
-            if event.data["status"] != kinds.STATUS_GROUNDED:
-                found.append(Caption(event.clock_s, _LINES.index(kinds.EXECUTION), tail))
+        if event.kind == run_record.GROUNDED:
+            if event.data["status"] != run_record.STATUS_GROUNDED:
+                found.append(Caption(event.clock_s, _LINES.index(run_record.EXECUTION), tail))
         elif event.kind in _LINES:
-            words = f"{head}: {tail}" if event.kind == kinds.EXECUTION and tail else (tail or head)
+            words = f"{head}: {tail}" if event.kind == run_record.EXECUTION and tail else (tail or head)
             found.append(Caption(event.clock_s, _LINES.index(event.kind), words))
     return found
 
@@ -71,7 +71,7 @@ def write_video(path: Path, record: RunRecord, begin_s: float, end_s: float) -> 
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
         stream.thread_count = 1
         # One core puts the pictures together while the other one encodes.
-        pictures = ahead_of_time(_pictures(record, shown, begin_s, end_s), most=8)
+        pictures = prefetch(_pictures(record, shown, begin_s, end_s), most=8)
         for number, picture in enumerate(pictures):
             frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
             frame.pts, frame.time_base = number, Fraction(1, _FPS)

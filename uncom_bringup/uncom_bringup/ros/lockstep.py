@@ -26,12 +26,12 @@ from uncom_bringup.bags.depth_first_order import with_depth_first
 from uncom_bringup.exceptions import GraphError
 from uncom_bringup.graph import topics
 from uncom_bringup.graph.node_specs import GESTURE_NODE, LANGUAGE_NODE, REASONER_NODE, SPEECH_NODE
-from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.monitor import run_record
 from uncom_bringup.monitor.monitor_node import MonitorNode
 from uncom_bringup.monitor.run_record import Event
 from uncom_bringup.replay.player_node import PlayerNode
-from uncom_bringup.ros.barrier import Barrier
-from uncom_bringup.ros.topic_subscribers import NODES, Takers
+from uncom_bringup.ros.delivery_confirmation import DeliveryConfirmation
+from uncom_bringup.ros.topic_subscribers import NODES, TopicSubscribers
 
 _VOCABULARY = "/uncom/vocabulary"
 SPEECH, LANGUAGE, GESTURE, REASONER = (spec.name for spec in (SPEECH_NODE, LANGUAGE_NODE, GESTURE_NODE, REASONER_NODE))
@@ -50,7 +50,7 @@ _SAME_S = 1e-6
 
 
 @dataclass(slots=True)
-class Tally:
+class PictureCounts:
     """How many pictures were shown, and how many of them were examined."""
 
     pictures: int = 0
@@ -58,7 +58,7 @@ class Tally:
 
 
 class Lockstep:
-    """Feeds one bag to the graph. Events of the monitor must be passed to `hear` from another thread."""
+    """Feeds one bag to the graph. Events of the monitor must be passed to `on_event` from another thread."""
 
     def __init__(
         self,
@@ -74,7 +74,7 @@ class Lockstep:
         self._monitor = monitor
         self._check = check
         self._note = note
-        self._barrier = Barrier(monitor, NODES, check)
+        self._delivery = DeliveryConfirmation(monitor, NODES, check)
         self._changed = threading.Condition()
         self._hands_s = float("-inf")
         self._transcripts: list[tuple[str, str]] = []
@@ -85,25 +85,25 @@ class Lockstep:
         self._last_hands_s = float("-inf")
         self._speech_changed = False
         self._image_s = self._depth_s = _ALWAYS  # stamps of the last ones that were shown
-        self._takers = Takers(bag, player, monitor)
-        self.tally = Tally()
+        self._subscribers = TopicSubscribers(bag, player, monitor)
+        self.counts = PictureCounts()
         self._silence = player.create_publisher(AudioDataStamped, topics.AUDIO.name, 500)
 
-    def hear(self, event: Event) -> None:
+    def on_event(self, event: Event) -> None:
         """Take note of an event."""
         data = event.data
         with self._changed:
-            if event.kind == kinds.HANDS:
+            if event.kind == run_record.HANDS:
                 self._hands_s = event.stamp_s
-            elif event.kind == kinds.SPEECH_STATUS:
+            elif event.kind == run_record.SPEECH_STATUS:
                 self._speech_changed = True
-            elif event.kind == kinds.TRANSCRIPT:
+            elif event.kind == run_record.TRANSCRIPT:
                 self._transcripts.append((str(data["utterance_id"]), str(data["text"])))
-            elif event.kind == kinds.COMMAND:
+            elif event.kind == run_record.COMMAND:
                 self._answered[str(data["utterance_id"])] += 1
                 self._announced[str(data["utterance_id"])] = max(1, int(data["count"]))
                 self._undecided[str(data["utterance_id"]), int(data["index"])] = str(data["text"])
-            elif event.kind == kinds.GROUNDED:
+            elif event.kind == run_record.GROUNDED:
                 self._undecided.pop((str(data["utterance_id"]), int(data["index"])), None)
             self._changed.notify_all()
 
@@ -119,9 +119,9 @@ class Lockstep:
                 self._check()
         return True
 
-    def missing(self) -> list[str]:
+    def missing_nodes(self) -> list[str]:
         """Return the nodes that are not up yet."""
-        missing = {*self._barrier.missing(), *self._takers.missing()}
+        missing = {*self._delivery.missing_nodes(), *self._subscribers.missing_nodes()}
         missing.update(name for name, client in self._settle.items() if not client.service_is_ready())
         return sorted(missing)
 
@@ -132,8 +132,8 @@ class Lockstep:
             GraphError: a node died or does not answer.
             BagError: the bag is damaged from its first message on.
         """
-        wanted = self._takers.find()
-        self._introduce(wanted)
+        wanted = self._subscribers.find()
+        self._publish_first(wanted)
         begin = time.monotonic()
         sounds: deque[BagMessage] = deque(maxlen=2)
         depths = [name for name in _DEPTHS if name in wanted]
@@ -146,14 +146,16 @@ class Lockstep:
             progress(offset_s)
             if message.topic.name == topics.AUDIO.name:
                 sounds.append(message)
-        self._end([deserialize_message(message.data, AudioDataStamped) for message in sounds])
+        self._play_silence([deserialize_message(message.data, AudioDataStamped) for message in sounds])
 
-    def _introduce(self, wanted: Sequence[str]) -> None:
+    def _publish_first(self, wanted: Sequence[str]) -> None:
         """Say first what a late listener would hear at once, and wait until every publisher was found."""
         latched = {topic.name for topic in self._bag.topics if topic.latched} | {topics.AUDIO_INFO.name}
         first = latched | {topics.RGB_INFO.name, topics.DEPTH_INFO.name}
         deadline = time.monotonic() + _ANSWER_S
-        while late := [name for name in wanted if self._player.listeners(name) < len(self._takers.listeners(name))]:
+        while late := [
+            name for name in wanted if self._player.subscription_count(name) < len(self._subscribers.subscribers(name))
+        ]:
             self._check()
             if time.monotonic() > deadline:
                 raise GraphError("the graph", f"does not take {', '.join(late)}")
@@ -167,17 +169,17 @@ class Lockstep:
             if not todo:
                 break
         self._player.wait_until_taken(_QUIET_S)
-        self._barrier.settle(*NODES, rounds=1)
+        self._delivery.wait_until_processed(*NODES, rounds=1)
         offered = len(self._monitor.get_publishers_info_by_topic(_VOCABULARY))
         deadline = time.monotonic() + _QUIET_S
-        while self._settled(SPEECH)[0] < offered and time.monotonic() < deadline:
+        while self._await_settled(SPEECH)[0] < offered and time.monotonic() < deadline:
             time.sleep(0.01)
 
     def _publish(self, message: BagMessage) -> None:
         self._player.publish(message)
-        for name in self._takers.of(message.topic.name):
-            if self._barrier.sent(name, message.topic.name) >= _MOST_PENDING:
-                self._barrier.settle(name)
+        for name in self._subscribers.nodes_of(message.topic.name):
+            if self._delivery.count_sent(name, message.topic.name) >= _MOST_PENDING:
+                self._delivery.wait_until_processed(name)
 
     def _step(self, message: BagMessage) -> None:
         self._player.tell_time(message.time_ns)
@@ -190,35 +192,35 @@ class Lockstep:
             self._image_s = 1e-9 * stamp_of(message.data)
             self._await_hands()
         elif name == topics.AUDIO.name:
-            self._hear_out()
+            self._await_speech()
 
     def _await_depth(self) -> None:
         """Let gesture_node have a depth image before the picture that it belongs to."""
-        depth_s = self._depth_s if self._takers.takes(GESTURE, _DEPTHS) else _ALWAYS
-        self._settled(GESTURE, lambda numbers: numbers[1] >= depth_s - _SAME_S, "a depth image")
+        depth_s = self._depth_s if self._subscribers.subscribes(GESTURE, _DEPTHS) else _ALWAYS
+        self._await_settled(GESTURE, lambda numbers: numbers[1] >= depth_s - _SAME_S, "a depth image")
 
     def _await_hands(self) -> None:
         """Wait until the picture was examined; decisions may follow."""
-        self.tally.pictures += 1
-        before = self.tally.examined  # what was lost on its way once is not waited for again
-        hands_s, _, examined = self._settled(GESTURE, lambda numbers: numbers[2] > before, "a picture")
-        self.tally.examined = int(examined)
+        self.counts.pictures += 1
+        before = self.counts.examined  # what was lost on its way once is not waited for again
+        hands_s, _, examined = self._await_settled(GESTURE, lambda numbers: numbers[2] > before, "a picture")
+        self.counts.examined = int(examined)
         if not self._wait(lambda: self._hands_s >= hands_s - _SAME_S, _ANSWER_S):
             raise GraphError(GESTURE, f"has told of hands that have not come for {_ANSWER_S:.0f} s")
         self._last_hands_s = hands_s
-        self._decide()
+        self._await_decisions()
 
-    def _settled(
+    def _await_settled(
         self, node: str, ready: Callable[[tuple[float, ...]], bool] = lambda _: True, what: str = ""
     ) -> tuple[float, ...]:
         """Wait until a node has done all it can do with what it was sent; returns the numbers that it tells.
 
         `ready` tells by them whether it has all that it was sent; what does not come is noted as lost on the way.
         """
-        self._barrier.settle(node, rounds=2)
+        self._delivery.wait_until_processed(node, rounds=2)
         start = time.monotonic()
         while True:
-            answer = self._barrier.ask(node, self._settle[node], Trigger.Request())
+            answer = self._delivery.call_service(node, self._settle[node], Trigger.Request())
             numbers = tuple(float(word) for word in answer.message.split())
             waited_s = time.monotonic() - start
             if answer.success and ready(numbers):
@@ -231,18 +233,18 @@ class Lockstep:
                 raise GraphError(node, f"has been busy for {_ANSWER_S:.0f} s")
             time.sleep(0.002)
 
-    def _hear_out(self) -> None:
+    def _await_speech(self) -> None:
         """Let speech_node examine the sound, and what it heard be understood, before time goes on."""
-        self._settled(SPEECH)
+        self._await_settled(SPEECH)
         while self._transcripts:
-            self._barrier.settle(LANGUAGE, rounds=2)
+            self._delivery.wait_until_processed(LANGUAGE, rounds=2)
             self._await_commands(*self._transcripts.pop(0))
             self._speech_changed = True
         if self._speech_changed:
             # Speech makes these two attentive: they must know of it before the next picture.
             self._speech_changed = False
-            self._barrier.settle(GESTURE, REASONER, rounds=2)
-        self._decide()
+            self._delivery.wait_until_processed(GESTURE, REASONER, rounds=2)
+        self._await_decisions()
 
     def _await_commands(self, utterance: str, text: str) -> None:
         def answered() -> bool:
@@ -251,22 +253,22 @@ class Lockstep:
         if not self._wait(answered, _ANSWER_S):  # language_node answers every transcript, if only to refuse it
             raise GraphError(LANGUAGE, f'has not answered "{text}" for {_ANSWER_S:.0f} s')
 
-    def _decide(self) -> None:
+    def _await_decisions(self) -> None:
         """Let the reasoner do all it can do with what was played so far, while there is anything to decide."""
         with self._changed:
             if not self._undecided:
                 return
-        image_s = self._image_s if self._takers.takes(REASONER, _PICTURES) else _ALWAYS
-        depth_s = self._depth_s if self._takers.takes(REASONER, _DEPTHS) else _ALWAYS
+        image_s = self._image_s if self._subscribers.subscribes(REASONER, _PICTURES) else _ALWAYS
+        depth_s = self._depth_s if self._subscribers.subscribes(REASONER, _DEPTHS) else _ALWAYS
         # Hands come from another node, and images may be overtaken on their way.
         sent = (self._last_hands_s, image_s, depth_s)
-        self._settled(
+        self._await_settled(
             REASONER,
             lambda numbers: all(has >= due - _SAME_S for has, due in zip(numbers, sent, strict=True)),
             "what was shown last",
         )
 
-    def _end(self, sounds: Sequence[AudioDataStamped]) -> None:
+    def _play_silence(self, sounds: Sequence[AudioDataStamped]) -> None:
         """Let time go on, in silence, until everything heard is answered: the last word needs its end."""
         if not sounds:
             return
@@ -283,13 +285,13 @@ class Lockstep:
             self._player.tell_time(int(1e9 * (bag_end_s + (number + 1) * length_s)))
             sound.header.stamp = time_to_msg(end_s + number * length_s)
             self._silence.publish(sound)
-            self._barrier.sent(SPEECH, topics.AUDIO.name)
-            self._hear_out()
+            self._delivery.count_sent(SPEECH, topics.AUDIO.name)
+            self._await_speech()
         for text in self._undecided.values():
             self._note(f'warning: {REASONER} has not decided on "{text}"')
 
     def _silent_since_s(self) -> float:
-        status = self._monitor.record().last(kinds.SPEECH_STATUS)
-        if status is None or status.data["state"] != kinds.SPEECH_IDLE:
+        status = self._monitor.record().last(run_record.SPEECH_STATUS)
+        if status is None or status.data["state"] != run_record.SPEECH_IDLE:
             return float("-inf")
         return status.stamp_s

@@ -29,15 +29,15 @@ from uncom_bringup.exceptions import GraphError
 from uncom_bringup.graph.node_processes import GraphProcesses
 from uncom_bringup.graph.node_specs import UNDERSTANDING_NODES
 from uncom_bringup.graph.ros_domain import DomainClaim
-from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.monitor import run_record
 from uncom_bringup.monitor.monitor_node import MonitorNode
 from uncom_bringup.monitor.run_record import Event
-from uncom_bringup.replay.playback_clock import Playback, ahead_of_time
-from uncom_bringup.replay.player_node import PlayerNode, Prepared, chosen_topics
+from uncom_bringup.replay.playback_clock import Playback, prefetch
+from uncom_bringup.replay.player_node import PlayerNode, PreparedMessage, chosen_topics
 
 _START_S = 90.0
 _ANSWER_S = 40.0  # after the end of a bag; a late answer must not be taken for one to the next bag
-_TAKERS_S = 10.0
+_SUBSCRIBERS_S = 10.0
 STAGES = ("speech", "language", "deciding", "all")
 
 
@@ -119,7 +119,7 @@ class _Run:
         self._changed = threading.Condition()
         clock = [Parameter("use_sim_time", value=True)]
         self._monitor = MonitorNode(
-            self._hear, keep_camera=False, keep_events=False, context=self._context, parameter_overrides=clock
+            self._on_event, keep_camera=False, keep_events=False, context=self._context, parameter_overrides=clock
         )
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._monitor)
@@ -130,7 +130,7 @@ class _Run:
         with suppress(ExternalShutdownException):
             self._executor.spin()
 
-    def _hear(self, event: Event) -> None:
+    def _on_event(self, event: Event) -> None:
         with self._changed:
             self._events.append(event)
             self._changed.notify_all()
@@ -155,13 +155,13 @@ class _Run:
         with BagReader(path) as bag:
             player = PlayerNode(chosen_topics(bag, ()), clock=True, context=self._context)
             try:
-                self._wait_for_takers(player)
+                self._wait_for_subscribers(player)
                 with self._changed:
                     self._events.clear()
                 start_s, start_ns = time.monotonic(), bag.start_ns
                 prepared = (player.prepare(message) for message in bag.messages(player.published_topics))
-                playback: Playback[Prepared] = Playback(player.send, player.tell_time)
-                playback.play(ahead_of_time(prepared), start_ns, 1.0)
+                playback: Playback[PreparedMessage] = Playback(player.send, player.tell_time)
+                playback.play(prefetch(prepared), start_ns, 1.0)
                 self._await_answers(player, start_s, start_ns)
             finally:
                 player.destroy_node()
@@ -169,8 +169,8 @@ class _Run:
                 self._say(f"{answer.bag}: {answer.stages_s['all']:.2f} s  {answer.text}")
                 yield answer
 
-    def _wait_for_takers(self, player: PlayerNode) -> None:
-        deadline = time.monotonic() + _TAKERS_S
+    def _wait_for_subscribers(self, player: PlayerNode) -> None:
+        deadline = time.monotonic() + _SUBSCRIBERS_S
         while time.monotonic() < deadline:
             if player.count_subscribers("/audio") and player.count_subscribers("/uncom/hands"):
                 break
@@ -188,8 +188,8 @@ class _Run:
 
     def _complete(self) -> bool:
         with self._changed:
-            keys = {(e.data["utterance_id"], e.data["index"]) for e in self._events if e.kind == kinds.COMMAND}
-            done = {(e.data["utterance_id"], e.data["index"]) for e in self._events if e.kind == kinds.GROUNDED}
+            keys = {(e.data["utterance_id"], e.data["index"]) for e in self._events if e.kind == run_record.COMMAND}
+            done = {(e.data["utterance_id"], e.data["index"]) for e in self._events if e.kind == run_record.GROUNDED}
         return bool(keys) and keys <= done
 
     def _answers(self, bag: str, offset_s: float) -> Iterator[Answer]:
@@ -198,13 +198,13 @@ class _Run:
             events = list(self._events)
         first: dict[tuple[str, Any], Event] = {}
         for event in events:
-            if event.kind == kinds.TRANSCRIPT:
-                first.setdefault((kinds.TRANSCRIPT, event.data["utterance_id"]), event)
-            elif event.kind in (kinds.COMMAND, kinds.GROUNDED):
+            if event.kind == run_record.TRANSCRIPT:
+                first.setdefault((run_record.TRANSCRIPT, event.data["utterance_id"]), event)
+            elif event.kind in (run_record.COMMAND, run_record.GROUNDED):
                 first.setdefault((event.kind, (event.data["utterance_id"], event.data["index"])), event)
         for (kind, key), grounded in first.items():
-            heard = first.get((kinds.TRANSCRIPT, key[0])) if kind == kinds.GROUNDED else None
-            command = first.get((kinds.COMMAND, key)) if kind == kinds.GROUNDED else None
+            heard = first.get((run_record.TRANSCRIPT, key[0])) if kind == run_record.GROUNDED else None
+            command = first.get((run_record.COMMAND, key)) if kind == run_record.GROUNDED else None
             if heard is None or command is None:
                 continue
             spoken_s = heard.stamp_s + offset_s

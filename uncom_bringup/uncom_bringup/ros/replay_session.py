@@ -16,11 +16,11 @@ from uncom_bringup import output
 from uncom_bringup.bags.bag_reader import BagReader, BagTopic
 from uncom_bringup.exceptions import BadInputError
 from uncom_bringup.replay.keyboard import Keyboard
-from uncom_bringup.replay.playback_clock import Playback, Played, ahead_of_time
-from uncom_bringup.replay.player_node import PlayerNode, Prepared, chosen_topics
+from uncom_bringup.replay.playback_clock import Playback, Played, prefetch
+from uncom_bringup.replay.player_node import PlayerNode, PreparedMessage, chosen_topics
 
 _DISCOVERY_S = 1.0
-_BAR = 30
+_BAR_WIDTH = 30
 _KEYS = "space: pause, s or right: one message, up and down: faster and slower, q: stop"
 
 
@@ -37,7 +37,7 @@ class ReplayOptions:
     clock: bool = False
 
 
-class _Bar:
+class _ProgressBar:
     """A line on the terminal that tells how far the replay is; silent where there is no terminal."""
 
     def __init__(self, start_ns: int, length_s: float) -> None:
@@ -50,8 +50,8 @@ class _Bar:
             return
         self._shown_s = time.monotonic()
         done_s = min(max(0.0, 1e-9 * (now_ns - self._start_ns)), self._length_s)
-        filled = round(_BAR * done_s / self._length_s)
-        bar = "=" * filled + "-" * (_BAR - filled)
+        filled = round(_BAR_WIDTH * done_s / self._length_s)
+        bar = "=" * filled + "-" * (_BAR_WIDTH - filled)
         sys.stderr.write(f"\r[{bar}] {done_s:6.1f} / {self._length_s:.1f} s  {state:<10}")
         sys.stderr.flush()
 
@@ -100,20 +100,22 @@ def _play(bag: BagReader, node: PlayerNode, chosen: Collection[BagTopic], option
         time.sleep(_DISCOVERY_S)  # what is published before the listeners are found is lost to them
         start_ns = bag.start_ns + int(1e9 * options.start_s)
         while True:
-            bar = _Bar(start_ns, length_s)
-            playback: Playback[Prepared] = Playback(node.send, node.tell_time, keyboard.key, bar.show)
+            bar = _ProgressBar(start_ns, length_s)
+            playback: Playback[PreparedMessage] = Playback(node.send, node.tell_time, keyboard.key, bar.show)
             latched = [topic.name for topic in chosen if topic.latched and topic.name in names]
             if options.start_s > 0.0 and latched:
                 for message in bag.messages(latched, duration_s=options.start_s):
                     node.publish(message)  # what a late listener would have heard
-            played = playback.play(ahead_of_time(_prepared(bag, node, names, options)), start_ns, options.rate)
+            played = playback.play(prefetch(_prepared(bag, node, names, options)), start_ns, options.rate)
             bar.close()
             output.note(_summary(played))
             if not options.loop or not played.ended or not played.count:
                 return
 
 
-def _prepared(bag: BagReader, node: PlayerNode, names: Collection[str], options: ReplayOptions) -> Iterator[Prepared]:
+def _prepared(
+    bag: BagReader, node: PlayerNode, names: Collection[str], options: ReplayOptions
+) -> Iterator[PreparedMessage]:
     for message in bag.messages(names, options.start_s, options.duration_s):
         yield node.prepare(message)
 

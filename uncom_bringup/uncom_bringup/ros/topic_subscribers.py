@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which of our nodes takes which topic of a bag: known from the graph, once all that must be listening are."""
+"""Which of our nodes subscribes to which topic of a bag, as discovery shows it once all nodes are up."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from uncom_bringup.replay.player_node import PlayerNode
 NODES = tuple(spec.name for spec in UNDERSTANDING_NODES)
 
 
-class Takers:
-    """Nodes and the topics of a bag that they take; a topic's image may be taken as stored or as it is unpacked."""
+class TopicSubscribers:
+    """Nodes and the topics of a bag that they subscribe to; an image topic counts as stored and as it is unpacked."""
 
     def __init__(self, bag: BagReader, player: PlayerNode, monitor: MonitorNode) -> None:
-        """Look at the graph through the monitor."""
+        """Read the topics of the bag; subscriptions are looked up through the monitor, as it discovers them."""
         self._stored = {topic.name for topic in bag.topics}
         self._player, self._monitor = player, monitor
-        self._of: dict[str, tuple[str, ...]] = {}
+        self._nodes_by_topic: dict[str, tuple[str, ...]] = {}
 
-    def missing(self) -> set[str]:
-        """Return the nodes that do not listen yet to all that they will be told, or do not serve."""
+    def missing_nodes(self) -> set[str]:
+        """Return the nodes that do not subscribe to all their inputs yet, or do not offer their service."""
         missing = set()
         for spec in UNDERSTANDING_NODES:
             for topic in spec.inputs:
@@ -39,20 +39,20 @@ class Takers:
         return missing
 
     def find(self) -> list[str]:
-        """Find out who takes what; returns the topics of the bag that anybody takes."""
+        """Look up the subscribers of every topic; returns the topics of the bag that have any."""
         names = self._player.published_topics
-        self._of = {name: tuple(node for node in NODES if node in self.listeners(name)) for name in names}
-        return [name for name, nodes in self._of.items() if nodes]
+        self._nodes_by_topic = {name: tuple(node for node in NODES if node in self.subscribers(name)) for name in names}
+        return [name for name, nodes in self._nodes_by_topic.items() if nodes]
 
-    def of(self, topic: str) -> tuple[str, ...]:
-        """Return the nodes that take a topic."""
-        return self._of.get(topic, ())
+    def nodes_of(self, topic: str) -> tuple[str, ...]:
+        """Return the nodes that subscribe to a topic."""
+        return self._nodes_by_topic.get(topic, ())
 
-    def takes(self, node: str, names: Collection[str]) -> bool:
-        """Tell whether a node takes any of the topics."""
-        return any(node in self.of(name) for name in names)
+    def subscribes(self, node: str, names: Collection[str]) -> bool:
+        """Tell whether a node subscribes to any of the topics."""
+        return any(node in self.nodes_of(name) for name in names)
 
-    def listeners(self, topic: str) -> list[str]:
-        """Return the nodes that listen to a topic of the bag or its plain images; one that does twice, twice."""
+    def subscribers(self, topic: str) -> list[str]:
+        """Return the names of subscribers of a topic of the bag or of its plain images, once for each subscription."""
         names = (topic, *self._player.image_topic(topic))
         return [info.node_name for name in names for info in self._monitor.get_subscriptions_info_by_topic(name)]

@@ -26,7 +26,7 @@ from uncom_bringup.monitor.monitor_node import MonitorNode
 from uncom_bringup.monitor.run_record import Event
 from uncom_bringup.replay.player_node import PlayerNode, chosen_topics
 from uncom_bringup.report import progress
-from uncom_bringup.report.understanding import Understanding
+from uncom_bringup.report.understanding_result import UnderstandingResult
 from uncom_bringup.ros.composed_graph import ComposedGraph
 from uncom_bringup.ros.lockstep import Lockstep
 
@@ -71,7 +71,7 @@ def understand(
     rate: float | None = None,
     parameter_files: Sequence[Path] = (),
     say: Callable[[str], None] = lambda _: None,
-) -> Understanding:
+) -> UnderstandingResult:
     """Start the nodes as processes and play a bag to them; `say` gets a line for each event.
 
     Raises:
@@ -86,13 +86,13 @@ def understand(
         say(progress.head("starting", f"five nodes (ROS domain {claim.domain})"))
         for spec in UNDERSTANDING_NODES:
             graph.start(spec, {**parameters[""], **parameters.get(spec.name, {})})
-        with _Ear(bag, claim.domain, graph.check, say) as ear:
-            return ear.listen(rate)
+        with _RecordingRun(bag, claim.domain, graph.check, say) as run:
+            return run.play(rate)
 
 
 def understand_in_process(
     path: Path, overrides: Mapping[str, Mapping[str, ParameterValue]] | None = None, domain: int | None = None
-) -> Understanding:
+) -> UnderstandingResult:
     """Run the same nodes in this process on a bag: for tests and benchmarks, quicker to start.
 
     Args:
@@ -111,13 +111,13 @@ def understand_in_process(
         with (
             DomainClaim(None if domain is None else str(domain)) as claim,
             ComposedGraph(claim.domain, UNDERSTANDING_NODES, parameters),
-            _Ear(bag, claim.domain, lambda: None, lambda _: None) as ear,
+            _RecordingRun(bag, claim.domain, lambda: None, lambda _: None) as run,
         ):
-            return ear.listen(None)
+            return run.play(None)
 
 
-class _Ear:
-    """Player and monitor in one context of their own."""
+class _RecordingRun:
+    """Player and monitor in one context of their own, for one bag; a context manager."""
 
     def __init__(self, bag: BagReader, domain: int, check: Callable[[], None], say: Callable[[str], None]) -> None:
         self._bag, self._check, self._say = bag, check, say
@@ -126,13 +126,13 @@ class _Ear:
         self._player = PlayerNode(chosen_topics(bag, ()), clock=True, context=self._context)
         clock = [Parameter("use_sim_time", value=True)]
         self._lockstep: Lockstep | None = None
-        self._monitor = MonitorNode(self._hear, keep_camera=False, context=self._context, parameter_overrides=clock)
+        self._monitor = MonitorNode(self._on_event, keep_camera=False, context=self._context, parameter_overrides=clock)
         self._lockstep = Lockstep(bag, self._player, self._monitor, check, say)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._monitor)
-        self._thread = threading.Thread(target=self._spin, name="ear", daemon=True)
+        self._thread = threading.Thread(target=self._spin, name="monitor", daemon=True)
 
-    def listen(self, rate: float | None) -> Understanding:
+    def play(self, rate: float | None) -> UnderstandingResult:
         """Play the bag and return what was understood."""
         lockstep = self._lockstep
         assert lockstep is not None  # noqa: S101  (made in __init__)
@@ -140,19 +140,19 @@ class _Ear:
         pace = "as fast as it is understood" if rate is None else f"at rate {rate:g}"
         self._say(progress.head("playing", f"{self._bag.duration_s:.1f} s {pace}"))
         lockstep.run(rate)
-        tally = lockstep.tally
-        return Understanding(self._monitor.record(), tally.pictures, tally.examined)
+        counts = lockstep.counts
+        return UnderstandingResult(self._monitor.record(), counts.pictures, counts.examined)
 
-    def _hear(self, event: Event) -> None:
+    def _on_event(self, event: Event) -> None:
         if self._lockstep is not None:
-            self._lockstep.hear(event)
+            self._lockstep.on_event(event)
         words = progress.line(event)
         if words:
             self._say(words)
 
     def _wait_until_up(self, lockstep: Lockstep) -> None:
         deadline = time.monotonic() + _START_TIMEOUT_S
-        while missing := lockstep.missing():
+        while missing := lockstep.missing_nodes():
             self._check()
             if time.monotonic() > deadline:
                 raise GraphError(

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tells when nodes have taken what they were sent.
+"""Confirmation that nodes have processed the messages they were sent.
 
-Every node of ours takes its callbacks one at a time, and of each topic one message between two looks at its services.
-A request to one of its parameter services therefore comes back only after the message sent before it was taken.
+Every node of ours runs its callbacks one at a time, and handles one message of each topic between two checks of its
+services. A request to one of its parameter services is therefore answered only after the message before it.
 """
 
 from __future__ import annotations
@@ -21,39 +21,45 @@ from uncom_bringup.exceptions import GraphError
 _ANSWER_S = 120.0  # wall time after which a node counts as broken
 
 
-class Barrier:
-    """Tells when nodes have taken everything that they were sent so far."""
+class DeliveryConfirmation:
+    """Counts what nodes were sent, and waits until they have processed it."""
 
     def __init__(self, node: Node, names: Collection[str], check: Callable[[], None]) -> None:
-        """Make a client for each node; `node` must be spun by another thread, `check` raises when a node has died."""
+        """Make a client for each node.
+
+        Args:
+            node: calls the services; another thread must spin it.
+            names: nodes that are sent messages.
+            check: raises GraphError when one of them has died; called while waiting.
+        """
         self._clients = {name: node.create_client(GetParameters, f"/{name}/get_parameters") for name in names}
         self._check = check
         self._sent: Counter[tuple[str, str]] = Counter()
 
-    def missing(self) -> list[str]:
-        """Return the nodes that do not answer yet."""
+    def missing_nodes(self) -> list[str]:
+        """Return the nodes whose parameter service is not ready yet."""
         return [name for name, client in self._clients.items() if not client.service_is_ready()]
 
-    def sent(self, name: str, topic: str) -> int:
-        """Note that a node was sent a message; returns how many of the topic it may not have taken yet."""
+    def count_sent(self, name: str, topic: str) -> int:
+        """Note that a node was sent a message; returns how many of the topic it may not have processed yet."""
         self._sent[name, topic] += 1
         return self._sent[name, topic]
 
-    def settle(self, *names: str, rounds: int = 0) -> None:
-        """Return when the nodes have taken what they were sent (at least `rounds` messages of each topic).
+    def wait_until_processed(self, *names: str, rounds: int = 0) -> None:
+        """Wait until the nodes have processed what they were sent (at least `rounds` messages of each topic).
 
         Raises:
             GraphError: a node died or does not answer.
         """
         for name in names:
             waiting = [count for (node, _), count in self._sent.items() if node == name]
-            # A node takes one message of each topic between two looks at its services.
+            # A node handles one message of each topic between two checks of its services.
             for _ in range(max([rounds, *waiting])):
-                self.ask(name, self._clients[name], GetParameters.Request())
+                self.call_service(name, self._clients[name], GetParameters.Request())
             for key in [key for key in self._sent if key[0] == name]:
                 del self._sent[key]
 
-    def ask(self, name: str, client: Any, request: Any) -> Any:
+    def call_service(self, name: str, client: Any, request: Any) -> Any:
         """Call a service of a node and return its answer.
 
         Raises:

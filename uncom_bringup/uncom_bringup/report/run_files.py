@@ -9,13 +9,21 @@ from pathlib import Path
 from typing import Any
 
 from uncom_bringup.bags.image_codec import decode_colour, encode_png
-from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.monitor import run_record
 from uncom_bringup.monitor.run_record import RunRecord
 from uncom_bringup.report import video
-from uncom_bringup.report.answer import answer, lasting, utterance_names
-from uncom_bringup.report.page import Outcome, write_report
+from uncom_bringup.report.report_page import Outcome, write_report
+from uncom_bringup.report.reproducible_result import (
+    COMMANDS_FILE,
+    reproducible_result,
+    utterance_names,
+    without_run_specifics,
+)
 
-COMMANDS, PICTURE, REPORT, VIDEO, BAG = "command.json", "annotated_action.png", "report.html", "video.mp4", "run.mcap"
+PICTURE_FILE = "annotated_action.png"
+REPORT_FILE = "report.html"
+VIDEO_FILE = "video.mp4"
+BAG_FILE = "run.mcap"
 
 
 def write_commands(path: Path, record: RunRecord, heard: str) -> None:
@@ -25,18 +33,18 @@ def write_commands(path: Path, record: RunRecord, heard: str) -> None:
     """
     names = utterance_names(record)
     entries = []
-    for event in record.of(kinds.COMMAND):
+    for event in record.of(run_record.COMMAND):
         key = (event.data["utterance_id"], event.data["index"])
-        grounded = [e.data for e in record.of(kinds.GROUNDED) if (e.data["utterance_id"], e.data["index"]) == key]
+        grounded = [e.data for e in record.of(run_record.GROUNDED) if (e.data["utterance_id"], e.data["index"]) == key]
         entries.append(
             {
-                "command": lasting(event.data, names),
-                "grounded": lasting(grounded[-1], names) if grounded else None,
-                "explanation": lasting(record.explanation_of(*key), names),
+                "command": without_run_specifics(event.data, names),
+                "grounded": without_run_specifics(grounded[-1], names) if grounded else None,
+                "explanation": without_run_specifics(record.explanation_of(*key), names),
             }
         )
-    transcripts = [lasting(event.data, names) for event in record.of(kinds.TRANSCRIPT)]
-    content = {"heard": heard, "answer": answer(record), "transcripts": transcripts, "commands": entries}
+    transcripts = [without_run_specifics(event.data, names) for event in record.of(run_record.TRANSCRIPT)]
+    content = {"heard": heard, "answer": reproducible_result(record), "transcripts": transcripts, "commands": entries}
     path.write_text(json.dumps(content, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
@@ -48,7 +56,7 @@ def write_picture(path: Path, record: RunRecord) -> bool:
     return True
 
 
-def write_all(
+def write_run_files(
     folder: Path,
     title: str,
     record: RunRecord,
@@ -64,14 +72,14 @@ def write_all(
     already is listed, too.
     """
     made: dict[str, Any] = {}
-    write_commands(folder / COMMANDS, record, heard)
-    made["command"] = COMMANDS
-    if write_picture(folder / PICTURE, record):
-        made["picture"] = PICTURE
-    if span_s is not None and video.write_video(folder / VIDEO, record, *span_s):
-        made["video"] = VIDEO
-    if (folder / BAG).exists():
-        made["bag"] = BAG
-    write_report(folder / REPORT, title, record, outcome, timings_s, tuple(made.values()))
-    made["report"] = REPORT
+    write_commands(folder / COMMANDS_FILE, record, heard)
+    made["command"] = COMMANDS_FILE
+    if write_picture(folder / PICTURE_FILE, record):
+        made["picture"] = PICTURE_FILE
+    if span_s is not None and video.write_video(folder / VIDEO_FILE, record, *span_s):
+        made["video"] = VIDEO_FILE
+    if (folder / BAG_FILE).exists():
+        made["bag"] = BAG_FILE
+    write_report(folder / REPORT_FILE, title, record, outcome, timings_s, tuple(made.values()))
+    made["report"] = REPORT_FILE
     return {name: str(folder / file) for name, file in made.items()}

@@ -9,24 +9,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.monitor import run_record
 from uncom_bringup.monitor.run_record import ACT_NAMES, PRIMITIVE_NAMES, STATUS_NAMES, RunRecord, name_of
 from uncom_bringup.report import summary
 
+COMMANDS_FILE = "command.json"  # the file of a run that holds it
 # Fields that tell of the machine and the moment, not of what was said and seen.
-_FLEETING = frozenset({"latency_s", "session"})
+_RUN_SPECIFIC_FIELDS = frozenset({"latency_s", "session"})
 _DIGITS = 6
 
 
-def answer(record: RunRecord) -> dict[str, Any]:
+def reproducible_result(record: RunRecord) -> dict[str, Any]:
     """Return what was heard, understood, weighed and chosen, ready for JSON; numbers have six digits."""
     names = utterance_names(record)
     found: dict[str, Any] = {
         "heard": summary.heard(record),
-        "utterances": [_utterance(event.data) for event in record.of(kinds.TRANSCRIPT)],
-        "commands": [_command(record, event.data, names) for event in record.of(kinds.COMMAND)],
-        "questions": [event.data["text"] for event in record.of(kinds.QUESTION)],
-        "said": [event.data["data"] for event in record.of(kinds.SAY)],
+        "utterances": [_utterance(event.data) for event in record.of(run_record.TRANSCRIPT)],
+        "commands": [_command(record, event.data, names) for event in record.of(run_record.COMMAND)],
+        "questions": [event.data["text"] for event in record.of(run_record.QUESTION)],
+        "said": [event.data["data"] for event in record.of(run_record.SAY)],
         "reason": summary.failure(record) or "",
         "backends": summary.backends(record),
     }
@@ -36,22 +37,24 @@ def answer(record: RunRecord) -> dict[str, Any]:
 
 def utterance_names(record: RunRecord) -> dict[str, str]:
     """Return short names (utterance-1, ...) of the utterances in the order in which they were heard."""
-    kinds_with_id = (kinds.TRANSCRIPT, kinds.COMMAND, kinds.GROUNDED)
+    kinds_with_id = (run_record.TRANSCRIPT, run_record.COMMAND, run_record.GROUNDED)
     ids = dict.fromkeys(str(e.data["utterance_id"]) for e in record.events if e.kind in kinds_with_id)
     return {name: f"utterance-{number}" for number, name in enumerate(ids, start=1)}
 
 
-def lasting(value: Any, names: Mapping[str, str]) -> Any:
+def without_run_specifics(value: Any, names: Mapping[str, str]) -> Any:
     """Copy plain values without what differs from run to run; utterances get the names given."""
     if isinstance(value, Mapping):
-        kept = {key: lasting(item, names) for key, item in value.items() if key not in _FLEETING}
+        kept = {
+            key: without_run_specifics(item, names) for key, item in value.items() if key not in _RUN_SPECIFIC_FIELDS
+        }
         if "utterance_id" in kept:
             kept["utterance_id"] = names.get(str(kept["utterance_id"]), kept["utterance_id"])
         if "status" in kept and "header" in kept:  # a decision is stamped with when it was made
             kept.pop("header")
         return kept
     if isinstance(value, (list, tuple)):
-        return [lasting(item, names) for item in value]
+        return [without_run_specifics(item, names) for item in value]
     return value
 
 
@@ -68,7 +71,7 @@ def _utterance(data: Mapping[str, Any]) -> dict[str, Any]:
 
 def _command(record: RunRecord, data: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Any]:
     key = (data["utterance_id"], data["index"])
-    grounded = [e.data for e in record.of(kinds.GROUNDED) if (e.data["utterance_id"], e.data["index"]) == key]
+    grounded = [e.data for e in record.of(run_record.GROUNDED) if (e.data["utterance_id"], e.data["index"]) == key]
     return {
         "utterance": names[str(data["utterance_id"])],
         "index": data["index"],

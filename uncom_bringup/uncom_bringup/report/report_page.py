@@ -13,7 +13,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 
-from uncom_bringup.monitor import run_record as kinds
+from uncom_bringup.monitor import run_record
 from uncom_bringup.monitor.run_record import (
     ACT_COMMAND,
     ACT_NAMES,
@@ -62,8 +62,8 @@ def write_report(
         title=title,
         heard=summary.heard(record),
         outcome=outcome,
-        utterances=[_utterance(event, record) for event in record.of(kinds.TRANSCRIPT)],
-        decisions=[_decision(event, record) for event in record.of(kinds.COMMAND)],
+        utterances=[_utterance(event, record) for event in record.of(run_record.TRANSCRIPT)],
+        decisions=[_decision(event, record) for event in record.of(run_record.COMMAND)],
         stages=_stages(record),
         trees=_trees(record),
         timings=timings_s,
@@ -82,7 +82,7 @@ def _utterance(event: Event, record: RunRecord) -> dict[str, Any]:
     return {
         "text": event.data["text"],
         "backend": event.data["backend"],
-        "timeline": timeline.draw(event.data["words"], record.of(kinds.HANDS), explanation),
+        "timeline": timeline.draw(event.data["words"], record.of(run_record.HANDS), explanation),
         "alternatives": [(one["text"], one["score"]) for one in event.data["alternatives"]],
     }
 
@@ -114,7 +114,7 @@ def _decision(event: Event, record: RunRecord) -> dict[str, Any]:
 
 def _grounded_of(record: RunRecord, command: Mapping[str, Any]) -> Event | None:
     key = (command["utterance_id"], command["index"])
-    found = [e for e in record.of(kinds.GROUNDED) if (e.data["utterance_id"], e.data["index"]) == key]
+    found = [e for e in record.of(run_record.GROUNDED) if (e.data["utterance_id"], e.data["index"]) == key]
     return found[-1] if found else None
 
 
@@ -176,7 +176,7 @@ def _without(explanation: Mapping[str, Any]) -> list[str]:
 
 def _stages(record: RunRecord) -> list[dict[str, Any]]:
     times = summary.stage_times(record)
-    events = [event for event in record.of(kinds.EXECUTION) if event.data["stage"] != kinds.STAGE_IDLE]
+    events = [event for event in record.of(run_record.EXECUTION) if event.data["stage"] != run_record.STAGE_IDLE]
     longest = max((seconds for _, seconds in times), default=1.0) or 1.0
     rows = []
     for number, event in enumerate(events):
@@ -202,7 +202,9 @@ def _flat(text: str) -> list[tuple[str, str]]:
 
 def _trees(record: RunRecord) -> list[list[execution_tree.Row]]:
     """Return the behaviour trees that ran, one a command that was carried out."""
-    trees = (execution_tree.rows_of(execution_tree.data_of(e.data["data_json"])) for e in record.of(kinds.EXECUTION))
+    trees = (
+        execution_tree.rows_of(execution_tree.data_of(e.data["data_json"])) for e in record.of(run_record.EXECUTION)
+    )
     return [rows for rows in trees if rows]
 
 
