@@ -10,11 +10,15 @@ speech to the command: sound that had to pass plus processor time. Run from the 
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
 import random
 import sys
+from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from time import process_time
+from typing import Any
 
 import numpy as np
 import yaml
@@ -47,6 +51,7 @@ KINDS = ("paper_rows", "plain", "deixis", "nested", "groups", "choices")
 EXCLUDED_WORDS = ("gizmo", "flange", "doll", "stapler", ".")
 RATE = 16000
 CHUNK_S = 0.05
+LOUD_SHARE = 0.02  # of the peak: what is louder is speech
 COMPLETE_PAUSE_S, HANG_OVER_S = STREAMING.complete_pause_s, 0.6
 
 
@@ -94,6 +99,51 @@ class TranscriberUnderTest:
         return self.transcripts[before:], command_s
 
 
+@dataclass
+class Measurements:
+    """What the utterances of all voices came to."""
+
+    words: int = 0
+    errors: int = 0  # words inserted, left out or replaced
+    sound_s: float = 0.0
+    split_utterances: int = 0
+    latencies_s: list[float] = field(default_factory=list)
+    word_start_errors_s: list[float] = field(default_factory=list)
+
+
+def measure_sentence(
+    transcriber: TranscriberUnderTest, sentence: str, voice: str, index: int, snr_db: float, total: Measurements
+) -> str:
+    """Speak and transcribe a sentence, add to the measurements, and return the text that was recognised."""
+    say = simulated_speech().say
+    speed, pitch = 140 + 5 * (index % 5), 40 + 2 * index
+    spoken = say(sentence, voice, speed, pitch, 0.5, 1.2, snr_db, index)
+    quiet = say(sentence, voice, speed, pitch, 0.5, 1.2)
+    loud = np.abs(quiet.samples.astype(float)) > LOUD_SHARE * np.abs(quiet.samples).max()
+    end_s = float(np.flatnonzero(loud)[-1]) / RATE
+    start_s = transcriber.clock_s
+    transcripts, command_s = transcriber.transcribe(spoken.samples)
+    text = " ".join(transcript.text for transcript in transcripts)
+    total.errors += Levenshtein.distance(sentence.split(), text.split())
+    total.words += len(sentence.split())
+    total.sound_s += len(spoken.samples) / RATE
+    total.split_utterances += len(transcripts) > 1
+    if transcripts:
+        total.latencies_s.append(command_s - end_s)
+    timed = [word for transcript in transcripts for word in transcript.words]
+    if text == sentence and len(timed) == len(spoken.starts):
+        pairs = zip(timed, spoken.starts, strict=True)
+        total.word_start_errors_s += [abs(word.start_s - start_s - true_s) for word, true_s in pairs]
+    return text
+
+
+@cache
+def simulated_speech() -> Any:
+    """Import the simulated speaker, which lies beside the tests of hearing."""
+    sys.path.insert(0, str(SIMULATED_SPEECH))
+    return importlib.import_module("simulated_speech")
+
+
 def main() -> None:
     """Measure and print one JSON object."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -104,50 +154,37 @@ def main() -> None:
     parser.add_argument("--verbose", action="store_true")
     parser.add_argument("--quick", type=float, default=COMPLETE_PAUSE_S)
     options = parser.parse_args()
-    sys.path.insert(0, str(SIMULATED_SPEECH))
-    from simulated_speech import say  # noqa: PLC0415 - lies beside the tests of hearing
-
     transcriber = TranscriberUnderTest(options.quick)
     transcriber.transcribe(np.zeros(RATE, np.int16))  # wait for the recogniser
-    transcriber.cpu_s, sound_s, wrong, words, split, late, offsets = 0.0, 0.0, 0, 0, 0, [], []
+    transcriber.cpu_s = 0.0
+    total = Measurements()
     by_voice: dict[str, float] = {}
     for number, voice in enumerate(options.voices):
-        wrong_before, words_before = wrong, words
+        errors, words = total.errors, total.words
         for index, sentence in enumerate(sentences(options.sentences, options.seed + number)):
-            spoken = say(sentence, voice, 140 + 5 * (index % 5), 40 + 2 * index, 0.5, 1.2, options.snr, index)
-            quiet = say(sentence, voice, 140 + 5 * (index % 5), 40 + 2 * index, 0.5, 1.2)
-            loud = np.abs(quiet.samples.astype(float)) > 0.02 * np.abs(quiet.samples).max()
-            end_s = float(np.flatnonzero(loud)[-1]) / RATE
-            start_s = transcriber.clock_s
-            found, command_s = transcriber.transcribe(spoken.samples)
-            text = " ".join(one.text for one in found)
-            wrong += Levenshtein.distance(sentence.split(), text.split())
-            words += len(sentence.split())
-            sound_s += len(spoken.samples) / RATE
-            split += len(found) > 1
+            text = measure_sentence(transcriber, sentence, voice, index, options.snr, total)
             if options.verbose and text != sentence:
                 sys.stderr.write(f"{voice}: {sentence}\n    {text}\n")
-            if found:
-                late.append(command_s - end_s)
-            timed = [word for one in found for word in one.words]
-            if text == sentence and len(timed) == len(spoken.starts):
-                offsets += [abs(w.start_s - start_s - s) for w, s in zip(timed, spoken.starts, strict=True)]
-        by_voice[voice] = round((wrong - wrong_before) / (words - words_before), 3)
+        by_voice[voice] = round((total.errors - errors) / (total.words - words), 3)
     transcriber.transcriber.stop()
-    result = {
-        "word_error_rate": round(wrong / words, 4),
+    sys.stdout.write(json.dumps(result(total, by_voice, transcriber.cpu_s, options.snr)) + "\n")
+
+
+def result(total: Measurements, by_voice: dict[str, float], cpu_s: float, snr_db: float) -> dict[str, Any]:
+    """Return what is printed."""
+    return {
+        "word_error_rate": round(total.errors / total.words, 4),
         "by_voice": by_voice,
-        "real_time_factor": round(transcriber.cpu_s / sound_s, 3),
+        "real_time_factor": round(cpu_s / total.sound_s, 3),
         "latency_s": {
-            "median": round(float(np.median(late)), 3),
-            "90th": round(float(np.percentile(late, 90)), 3),
+            "median": round(float(np.median(total.latencies_s)), 3),
+            "90th": round(float(np.percentile(total.latencies_s, 90)), 3),
         },
-        "word_start_error_s": {"median": round(float(np.median(offsets)), 3)},
-        "utterances": len(late),
-        "cut_in_two": split,
-        "snr_db": options.snr,
+        "word_start_error_s": {"median": round(float(np.median(total.word_start_errors_s)), 3)},
+        "utterances": len(total.latencies_s),
+        "cut_in_two": total.split_utterances,
+        "snr_db": snr_db,
     }
-    sys.stdout.write(json.dumps(result) + "\n")
 
 
 if __name__ == "__main__":
