@@ -3,7 +3,7 @@
 
 import pytest
 import shapely
-from uncom_sim.bench_execution.cases import RELATIONS, asked_relations, make_case, standing
+from uncom_sim.bench_execution.cases import RELATIONS, asked_relations, initial_states, make_case
 from uncom_sim.bench_execution.run import summary
 from uncom_sim.objects.catalogue import KINDS
 from uncom_sim.objects.footprint import outline
@@ -35,7 +35,7 @@ def test_everything_is_asked_for_and_most_commands_bring_something_somewhere():
 @pytest.mark.parametrize("number", [4, 6, 18, 32])
 def test_what_is_asked_for_is_not_so_already(number):
     case = make_case(number, seed=3)
-    states = standing(case.scene)
+    states = initial_states(case.scene)
     assert not judge(states, states, case.meaning, case.scene.table).success
 
 

@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from uncom_sim.bench_execution.cases import standing
+from uncom_sim.bench_execution.cases import initial_states
 from uncom_sim.objects.catalogue import natural_colour
-from uncom_sim.scoring.acts import Moment, judge_act, mouth
+from uncom_sim.scoring.acts import Moment, judge_act, opening_rim
 from uncom_sim.scoring.end_state import PhysicalResult
 from uncom_sim.types import Table
 from uncom_sim.world.scene_file import scene_from_dict
@@ -25,14 +25,14 @@ def _things(*kinds):
         {"id": f"o{i}", "kind": kind, "colour": natural_colour(kind), "x": x, "y": y, "yaw": 0.0}
         for i, (kind, (x, y)) in enumerate(zip(kinds, places, strict=False))
     ]
-    return standing(scene_from_dict({"objects": things, "say": "do it"}))
+    return initial_states(scene_from_dict({"objects": things, "say": "do it"}))
 
 
 def _tilted(thing, degrees, edge):
     """Return the pose (4, 4) of a thing tilted by an angle, with the lowest point of its mouth at a place (3,)."""
     pose = np.eye(4)
     pose[:3, :3] = Rotation.from_euler("y", degrees, degrees=True).as_matrix()
-    ring = mouth(thing) @ pose[:3, :3].T
+    ring = opening_rim(thing) @ pose[:3, :3].T
     pose[:3, 3] = edge - ring[ring[:, 2].argmin()]
     return pose
 

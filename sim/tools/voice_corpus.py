@@ -19,7 +19,7 @@ from uncom_language.speech.pocketsphinx.language_model import draw_sentences
 from uncom_language.speech.pocketsphinx.noise_floor import add_noise_floor
 from uncom_language.speech.pocketsphinx.options import LanguageModelOptions
 from uncom_language.speech.pocketsphinx.pocketsphinx_recognizer import dictionary_lines, model_folder
-from uncom_sim.person.acoustics import recorded
+from uncom_sim.person.acoustics import record
 from uncom_sim.person.voice import speak
 
 FloatArray = npt.NDArray[np.float64]
@@ -119,7 +119,7 @@ def recording(text: str, voice: str, rng: random.Random) -> Samples:
         wave = wave * (32768.0 * rng.choice([0.2, 0.5, 1.0]))
         return add_noise_floor(np.asarray(np.clip(wave, -32768, 32767), dtype=np.int16))
     murmur, echo = rng.choice([0.0, 0.005, 0.02, 0.05, 0.1]), rng.choice([0.0, 0.0, 0.1, 0.3])
-    return add_noise_floor(recorded(spoken, LEAD_S, spoken.duration_s + LEAD_S + TAIL_S, murmur, echo, noise))
+    return add_noise_floor(record(spoken, LEAD_S, spoken.duration_s + LEAD_S + TAIL_S, murmur, echo, noise))
 
 
 def aligned_speech(count: int, seed: int, model: Path) -> Iterator[Aligned]:

@@ -108,9 +108,9 @@ class Scene:
         Raises:
             KeyError: there is none.
         """
-        for thing in self.objects:
-            if thing.id == object_id:
-                return thing
+        for obj in self.objects:
+            if obj.id == object_id:
+                return obj
         raise KeyError(object_id)
 
 

@@ -15,7 +15,7 @@ from uncom_language.types import Act, Command, Reference, Relation, Span
 from uncom_perception.types import Box, Detection, Hand, HandsFrame, Scene, TableSurface
 from uncom_reasoner.types import Evidence, Status, TargetKind, View
 from uncom_sim.bench_understanding.judging.options import PAPER_RULES
-from uncom_sim.bench_understanding.judging.paper_rules import Line, decide_as_published, finger
+from uncom_sim.bench_understanding.judging.paper_rules import Line, decide_as_published, pointing_line
 
 CAMERA = PinholeCamera(640, 480, 500.0, 500.0, 320.0, 240.0)
 OVERHEAD = np.diag([1.0, -1.0, -1.0, 1.0])
@@ -98,13 +98,13 @@ def test_without_a_hand_the_best_name_is_taken():
 def test_the_hand_whose_fingertip_has_the_smallest_z_points():
     near, far = hand_at((0, 0), (10, 0), z=-5.0).hands[0], hand_at((0, 0), (0, 10), z=3.0).hands[0]
     frame = HandsFrame(2.0, "camera", 640, 480, (far, near))
-    assert finger([frame], 2.0).tip.tolist() == [10.0, 0.0]
+    assert pointing_line([frame], 2.0).tip.tolist() == [10.0, 0.0]
 
 
 def test_frames_without_a_hand_are_tried_again_a_little_earlier_and_later():
     nobody = HandsFrame(2.0, "camera", 640, 480, ())
-    assert finger([nobody, hand_at((0, 0), (10, 0), stamp_s=2.0 + PAPER_RULES.retry_s)], 2.0) is not None
-    assert finger([nobody, hand_at((0, 0), (10, 0), stamp_s=2.2)], 2.0) is None
+    assert pointing_line([nobody, hand_at((0, 0), (10, 0), stamp_s=2.0 + PAPER_RULES.retry_s)], 2.0) is not None
+    assert pointing_line([nobody, hand_at((0, 0), (10, 0), stamp_s=2.2)], 2.0) is None
 
 
 def test_here_is_a_container_where_there_is_one_and_a_free_cell_where_there_is_none():

@@ -30,24 +30,27 @@ RELATIONS = (
     "behind", "point", "between",
 )  # fmt: skip
 _WITHOUT_TARGET = ("pick", "area", "push", "give", "point")
-_PUSHED = ("plate", "bowl", "frying pan", "box", "cereal box", "can", "mug", "cup")
-_POURED: dict[str, tuple[str, ...]] = {
+_PUSHABLE = ("plate", "bowl", "frying pan", "box", "cereal box", "can", "mug", "cup")
+_POURABLE: dict[str, tuple[str, ...]] = {
     "bowl": ("mug", "cup", "bottle", "can"),
     "frying pan": ("mug", "cup", "bottle", "can"),
     "mug": ("bottle", "can"),
 }
-_ACTS = ("push", "give", "pour", "point")
+_RARE_ACTS = ("push", "give", "pour", "point")
 _PRIMITIVES = {"in": Primitive.PUT_IN, "on": Primitive.PUT_ON}
-_SMALL = ("banana", "apple", "lemon", "orange", "pear", "spoon")
-_INTO: dict[str, tuple[str, ...]] = {
-    "bowl": _SMALL,
-    "frying pan": _SMALL,
+_SMALL_KINDS = ("banana", "apple", "lemon", "orange", "pear", "spoon")
+_CONTAINABLE: dict[str, tuple[str, ...]] = {
+    "bowl": _SMALL_KINDS,
+    "frying pan": _SMALL_KINDS,
 }
-_ONTO: dict[str, tuple[str, ...]] = {
+_SUPPORTABLE: dict[str, tuple[str, ...]] = {
     "box": ("apple", "pear", "mug", "cup", "can", "bottle", "box"),
-    "plate": (*_SMALL, "mug", "cup", "can", "bottle"),
+    "plate": (*_SMALL_KINDS, "mug", "cup", "can", "bottle"),
 }
-_STACKED: dict[str, tuple[str, ...]] = {"plate": ("bowl", "mug", "cup"), "box": ("box", "can", "cup", "mug", "bottle")}
+_STACKABLE: dict[str, tuple[str, ...]] = {
+    "plate": ("bowl", "mug", "cup"),
+    "box": ("box", "can", "cup", "mug", "bottle"),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +82,7 @@ def make_case(number: int, seed: int = 0, *, options: CaseOptions = CASES) -> Ca
     for relation in asked_relations(number, options=options):
         for clutter in range(number * 7 % 5, -1, -1):  # fewer where so many find no room
             for _ in range(options.attempts):
-                case = _draw(number, kind, relation, side, clutter, rng, options=options)
+                case = _draw_case(number, kind, relation, side, clutter, rng, options=options)
                 if case is not None:
                     return case
     raise SceneError(f"found no arrangement for a {kind} in case {number} of seed {seed}")
@@ -94,7 +97,7 @@ def asked_relations(number: int, *, options: CaseOptions = CASES) -> list[str]:
         kind = KINDS[n % len(KINDS)]
 
         def worth(relation: str, kind: str = kind, n: int = n) -> tuple[bool, float, int]:
-            share = uses[relation] * (options.rare_act_weight if relation in _ACTS else 1.0)
+            share = uses[relation] * (options.rare_act_weight if relation in _RARE_ACTS else 1.0)
             return (kind, relation) in asked, share, (RELATIONS.index(relation) - n) % len(RELATIONS)
 
         ordered = sorted((r for r in RELATIONS if _targets(kind, r) != ()), key=worth)
@@ -107,19 +110,19 @@ def _targets(kind: str, relation: str) -> tuple[str, ...] | None:
     """Return the kinds that can be the target, () if there is none, None if no target is needed."""
     if relation in ("pick", "give") and kind == "plate":  # too flat and heavy for the edge to be held; it is pushed
         return ()
-    if relation == "push" and kind not in _PUSHED:
+    if relation == "push" and kind not in _PUSHABLE:
         return ()
     if relation in _WITHOUT_TARGET:
         return None
-    table = {"in": _INTO, "on": _ONTO, "stack": _STACKED, "pour": _POURED}.get(relation)
+    table = {"in": _CONTAINABLE, "on": _SUPPORTABLE, "stack": _STACKABLE, "pour": _POURABLE}.get(relation)
     if table is not None:
-        return tuple(target for target, things in table.items() if kind in things)
-    if relation == "between" and kind not in (*_SMALL, "can", "mug", "cup", "bottle"):
+        return tuple(target for target, objects in table.items() if kind in objects)
+    if relation == "between" and kind not in (*_SMALL_KINDS, "can", "mug", "cup", "bottle"):
         return ()
     return tuple(k for k in ("mug", "bowl", "box", "apple", "can", "plate") if k != kind)
 
 
-def _draw(
+def _draw_case(
     number: int,
     kind: str,
     relation: str,
@@ -134,21 +137,21 @@ def _draw(
     if relation == "between":
         chosen.append(str(rng.choice([t for t in targets or () if t != chosen[0]])))
     clutter = [str(k) for k in rng.choice(KINDS, others)]
-    things = []
+    objects = []
     for i, name in enumerate((kind, *chosen, *clutter)):
         near = i <= len(chosen)
         x = float(rng.uniform(*options.near_x_m)) if near else float(rng.uniform(0.5, 0.85))
         y = float(side * rng.uniform(-0.08, options.near_y_m)) if near else float(rng.uniform(-0.42, 0.42))
-        things.append(SceneObject(f"o{i}", name, natural_colour(name), x, y, float(rng.uniform(-np.pi, np.pi))))
-    scene = Scene(tuple(things), "do it")
-    place = _place(scene, relation, len(chosen), side, rng, options=options)
-    if place is False or not _stands(scene, options=options):
+        objects.append(SceneObject(f"o{i}", name, natural_colour(name), x, y, float(rng.uniform(-np.pi, np.pi))))
+    scene = Scene(tuple(objects), "do it")
+    place = _target_place(scene, relation, len(chosen), side, rng, options=options)
+    if place is False or not _is_valid(scene, options=options):
         return None
     if isinstance(place, tuple) and not _is_free(place, scene, relation, options=options):
         return None
     meaning = _meaning(scene, relation, place if isinstance(place, tuple) else None)
     if relation in DIRECTIONS or relation == "next_to":
-        states = standing(scene)
+        states = initial_states(scene)
         if judge(states, states, meaning, scene.table).success:
             return None
     return Case(
@@ -165,29 +168,29 @@ def _primitive(relation: str, place: Point2 | bool | None) -> Primitive:
 
 def _meaning(scene: Scene, relation: str, place: Point2 | None) -> Meaning:
     """Return where the thing has to be at the end."""
-    thing = scene.object("o0")
+    obj = scene.object("o0")
     if relation in ("area", "between", "push"):
         return Meaning("o0", "area", None, place)
     if relation in ("pick", "give"):
         return Meaning("o0", "none")
     if relation in ("pour", "point"):  # where it was
-        return Meaning("o0", "area", "o1" if relation == "pour" else None, (thing.x, thing.y))
+        return Meaning("o0", "area", "o1" if relation == "pour" else None, (obj.x, obj.y))
     return Meaning("o0", "on" if relation == "stack" else relation, "o1")
 
 
-def standing(scene: Scene) -> tuple[ObjectState, ...]:
+def initial_states(scene: Scene) -> tuple[ObjectState, ...]:
     """Return where everything of a scene stands before anything has moved."""
     states = []
-    for thing in scene.objects:
-        shape, pose = model(thing.kind, thing.colour), np.eye(4)
-        cos, sin = np.cos(thing.yaw), np.sin(thing.yaw)
+    for obj in scene.objects:
+        shape, pose = model(obj.kind, obj.colour), np.eye(4)
+        cos, sin = np.cos(obj.yaw), np.sin(obj.yaw)
         pose[:2, :2] = [[cos, -sin], [sin, cos]]
-        pose[:3, 3] = thing.x, thing.y, scene.table.height - shape.bounds[0, 2]
-        states.append(ObjectState(thing.id, thing.kind, thing.colour, pose, shape.size))
+        pose[:3, 3] = obj.x, obj.y, scene.table.height - shape.bounds[0, 2]
+        states.append(ObjectState(obj.id, obj.kind, obj.colour, pose, shape.size))
     return tuple(states)
 
 
-def _place(
+def _target_place(
     scene: Scene, relation: str, targets: int, side: float, rng: np.random.Generator, *, options: CaseOptions = CASES
 ) -> Point2 | bool:
     """Return where on the table the thing is to go, True if on or in the target, False if there is no such place."""
@@ -204,7 +207,7 @@ def _place(
         angle = float(rng.uniform(-np.pi, np.pi))
         dx, dy = DIRECTIONS.get(relation, (float(np.cos(angle)), float(np.sin(angle))))
         anchor = scene.object("o1")
-        away = _apart(scene.object("o0"), anchor, (dx, dy), options=options)
+        away = _distance_beside(scene.object("o0"), anchor, (dx, dy), options=options)
         x, y = anchor.x + away * dx, anchor.y + away * dy
     inside = (
         options.near_x_m[0] - 0.02 <= x <= options.near_x_m[1] + 0.03
@@ -213,23 +216,25 @@ def _place(
     return (x, y) if inside and targets >= 0 else False
 
 
-def _apart(thing: SceneObject, anchor: SceneObject, direction: Point2, *, options: CaseOptions = CASES) -> float:
+def _distance_beside(
+    obj: SceneObject, anchor: SceneObject, direction: Point2, *, options: CaseOptions = CASES
+) -> float:
     """Return how far from the anchor, in a direction, a thing stands with a hand's breadth between them [m]."""
     still = outline(anchor)
     for away in np.arange(0.06, 0.5, 0.01):
         x, y = anchor.x + away * direction[0], anchor.y + away * direction[1]
-        if outline(replace(thing, x=x, y=y)).distance(still) > options.beside_gap_m:
+        if outline(replace(obj, x=x, y=y)).distance(still) > options.beside_gap_m:
             return float(away)
     return 0.5
 
 
-def _stands(scene: Scene, *, options: CaseOptions = CASES) -> bool:
+def _is_valid(scene: Scene, *, options: CaseOptions = CASES) -> bool:
     """Whether everything stands, apart, on the table, and is seen."""
     try:
         check_placement(scene.objects, scene.table)
     except SceneError:
         return False
-    outlines = [outline(thing) for thing in scene.objects]
+    outlines = [outline(obj) for obj in scene.objects]
     table = scene.table
     top = shapely.box(table.x_min, table.y_min, table.x_max, table.y_max).buffer(-0.01)
     if not all(top.contains(shape) for shape in outlines):
@@ -241,28 +246,28 @@ def _stands(scene: Scene, *, options: CaseOptions = CASES) -> bool:
 
 def _is_free(place: Point2, scene: Scene, relation: str, *, options: CaseOptions = CASES) -> bool:
     """Whether the thing, turned as it is now, has room at a place away from where it is now."""
-    thing = scene.object("o0")
+    obj = scene.object("o0")
     x, y = place
-    room = outline(replace(thing, x=x, y=y)).buffer(0.02 if relation == "between" else 0.04)
+    room = outline(replace(obj, x=x, y=y)).buffer(0.02 if relation == "between" else 0.04)
     others = [outline(other) for other in scene.objects if other.id != "o0"]
     if any(room.intersects(shape) for shape in others):
         return False
     rest = (other for other in scene.objects if other.id != "o0")
-    if not all_visible(replace(scene, objects=(replace(thing, x=x, y=y), *rest))):
+    if not all_visible(replace(scene, objects=(replace(obj, x=x, y=y), *rest))):
         return False  # the robot looks again afterwards
     table = scene.table
     if not shapely.box(table.x_min, table.y_min, table.x_max, table.y_max).contains(room):
         return False
-    if (thing.kind == "plate" or relation == "push") and not _can_be_pushed(thing, place, others, options=options):
+    if (obj.kind == "plate" or relation == "push") and not _can_be_pushed(obj, place, others, options=options):
         return False
-    return bool(np.hypot(place[0] - thing.x, place[1] - thing.y) > options.least_move_m)
+    return bool(np.hypot(place[0] - obj.x, place[1] - obj.y) > options.least_move_m)
 
 
 def _can_be_pushed(
-    thing: SceneObject, place: Point2, others: list[shapely.Polygon], *, options: CaseOptions = CASES
+    obj: SceneObject, place: Point2, others: list[shapely.Polygon], *, options: CaseOptions = CASES
 ) -> bool:
     """Whether the way there, and that of the hand behind the thing, is free."""
-    here, there = np.array([thing.x, thing.y]), np.array(place)
+    here, there = np.array([obj.x, obj.y]), np.array(place)
     length = float(np.linalg.norm(there - here))
     ahead = (there - here) / max(length, 1e-6)
     hand = here - 0.18 * ahead

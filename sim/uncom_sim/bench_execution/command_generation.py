@@ -49,14 +49,14 @@ class _FreeSpace:
     """What stands on the table, by how much all that is to stay apart [m], and where there are places."""
 
     scene: Scene
-    things: tuple[SceneObject, ...]
+    objects: tuple[SceneObject, ...]
     clear_m: float
     area: WorkArea
 
     @cached_property
     def seen(self) -> frozenset[str]:
         """Ids of what is wholly in the robot's sight."""
-        return _in_sight(replace(self.scene, objects=self.things))
+        return _in_sight(replace(self.scene, objects=self.objects))
 
 
 def random_scene(kinds: Iterable[str], rng: np.random.Generator, *, options: CommandOptions = COMMANDS) -> Scene:
@@ -65,16 +65,16 @@ def random_scene(kinds: Iterable[str], rng: np.random.Generator, *, options: Com
     Raises:
         SceneError: there is no space for so many.
     """
-    things: tuple[SceneObject, ...] = ()
+    objects: tuple[SceneObject, ...] = ()
     for i, kind in enumerate(kinds):
-        thing = SceneObject(f"o{i}", kind, natural_colour(kind), 0.0, 0.0, float(rng.uniform(-np.pi, np.pi)))
+        obj = SceneObject(f"o{i}", kind, natural_colour(kind), 0.0, 0.0, float(rng.uniform(-np.pi, np.pi)))
         place = _free_place(
-            thing, _FreeSpace(Scene(things, "do it"), things, options.clearances_m[0], WorkArea()), rng, options=options
+            obj, _FreeSpace(Scene(objects, "do it"), objects, options.clearances_m[0], WorkArea()), rng, options=options
         )
         if place is None:
-            raise SceneError(f"found no room on the table for {thing.kind}")
-        things = (*things, replace(thing, x=place[0], y=place[1]))
-    return Scene(things, "do it")
+            raise SceneError(f"found no room on the table for {obj.kind}")
+        objects = (*objects, replace(obj, x=place[0], y=place[1]))
+    return Scene(objects, "do it")
 
 
 def next_command(
@@ -94,81 +94,79 @@ def next_command(
     """
     area = area or WorkArea()
     now = tuple(
-        _standing(state, scene) for state in states if state.position[2] > scene.table.height - options.fallen_m
+        _scene_object(state, scene) for state in states if state.position[2] > scene.table.height - options.fallen_m
     )
     asked = (
-        [thing for thing in now if thing.id == held]
-        if held
-        else [thing for thing in now if _is_near(thing, area, options=options)]
+        [obj for obj in now if obj.id == held] if held else [obj for obj in now if _is_near(obj, area, options=options)]
     )
     order = [asked[i] for i in rng.permutation(len(asked))]
     wanted = "area" if held else str(rng.choice(_WANTED, p=options.shares))
     if wanted == "pick" and order:
         return Case(number, replace(scene, objects=now), Meaning(order[0].id, "none"), "pick", Primitive.PICK, None)
     for clear in options.clearances_m:
-        for thing in order:
-            others = tuple(other for other in now if other.id != thing.id)
+        for obj in order:
+            others = tuple(other for other in now if other.id != obj.id)
             space = _FreeSpace(replace(scene, objects=now), others, clear, area)
-            case = _beside(number, thing, space, rng, options=options) if wanted == "beside" else None
+            case = _beside(number, obj, space, rng, options=options) if wanted == "beside" else None
             if case is not None:
                 return case
-            place = _free_place(thing, space, rng, options=options)
+            place = _free_place(obj, space, rng, options=options)
             if place is not None:
-                return Case(number, space.scene, Meaning(thing.id, "area", None, place), "area", Primitive.PLACE, place)
+                return Case(number, space.scene, Meaning(obj.id, "area", None, place), "area", Primitive.PLACE, place)
     raise SceneError("found no thing within reach with a free place to go to")
 
 
-def _standing(state: ObjectState, scene: Scene) -> SceneObject:
+def _scene_object(state: ObjectState, scene: Scene) -> SceneObject:
     pose = state.pose
     yaw = float(np.arctan2(pose[1, 0], pose[0, 0]))
     colour = scene.object(state.id).colour
     return SceneObject(state.id, state.kind, colour, float(state.position[0]), float(state.position[1]), yaw)
 
 
-def _is_near(thing: SceneObject, area: WorkArea, *, options: CommandOptions = COMMANDS) -> bool:
+def _is_near(obj: SceneObject, area: WorkArea, *, options: CommandOptions = COMMANDS) -> bool:
     nearer, farther, aside = options.around_m
-    return area.x[0] - nearer <= thing.x <= area.x[1] + farther and abs(thing.y) <= area.y + aside
+    return area.x[0] - nearer <= obj.x <= area.x[1] + farther and abs(obj.y) <= area.y + aside
 
 
 def _beside(
-    number: int, thing: SceneObject, space: _FreeSpace, rng: np.random.Generator, *, options: CommandOptions = COMMANDS
+    number: int, obj: SceneObject, space: _FreeSpace, rng: np.random.Generator, *, options: CommandOptions = COMMANDS
 ) -> Case | None:
     """Return a command to put a thing beside one of the others, or None where there is no room."""
-    for other in (space.things[i] for i in rng.permutation(len(space.things))):
+    for other in (space.objects[i] for i in rng.permutation(len(space.objects))):
         for relation in (str(r) for r in rng.permutation(list(DIRECTIONS))):
             dx, dy = DIRECTIONS[relation]
             for away in np.arange(0.08, 0.28, 0.01):
                 place = other.x + float(away) * dx, other.y + float(away) * dy
-                if _is_free(thing, place, space, options=options):
-                    meaning = Meaning(thing.id, relation, other.id)
+                if _is_free(obj, place, space, options=options):
+                    meaning = Meaning(obj.id, relation, other.id)
                     return Case(number, space.scene, meaning, relation, Primitive.PLACE, place)
     return None
 
 
 def _free_place(
-    thing: SceneObject, space: _FreeSpace, rng: np.random.Generator, *, options: CommandOptions = COMMANDS
+    obj: SceneObject, space: _FreeSpace, rng: np.random.Generator, *, options: CommandOptions = COMMANDS
 ) -> Point2 | None:
     for _ in range(options.tries):
         place = space.area.draw(rng)
-        if _is_free(thing, place, space, options=options):
+        if _is_free(obj, place, space, options=options):
             return place
     return None
 
 
-def _is_free(thing: SceneObject, place: Point2, space: _FreeSpace, *, options: CommandOptions = COMMANDS) -> bool:
+def _is_free(obj: SceneObject, place: Point2, space: _FreeSpace, *, options: CommandOptions = COMMANDS) -> bool:
     """Whether a thing can stand at a place, with room around it, where it is seen and hides nothing."""
     x, y = place
-    if not space.area.has(x, y) or np.hypot(x - thing.x, y - thing.y) < options.least_move_m:
+    if not space.area.has(x, y) or np.hypot(x - obj.x, y - obj.y) < options.least_move_m:
         return False
-    moved = replace(thing, x=x, y=y)
+    moved = replace(obj, x=x, y=y)
     shape, table = outline(moved), space.scene.table
     if not shapely.box(table.x_min, table.y_min, table.x_max, table.y_max).buffer(-0.01).contains(shape):
         return False
-    if any(shape.distance(outline(other)) < space.clear_m for other in space.things):
+    if any(shape.distance(outline(other)) < space.clear_m for other in space.objects):
         return False
-    return _in_sight(replace(space.scene, objects=(*space.things, moved))) >= {*space.seen, thing.id}
+    return _in_sight(replace(space.scene, objects=(*space.objects, moved))) >= {*space.seen, obj.id}
 
 
 def _in_sight(scene: Scene) -> frozenset[str]:
     viewpoint = robot_viewpoint()
-    return frozenset(thing.id for thing in scene.objects if is_visible(thing, scene, viewpoint))
+    return frozenset(obj.id for obj in scene.objects if is_visible(obj, scene, viewpoint))

@@ -128,7 +128,7 @@ def run_case(
         )
         outcome = engine.execute(task)
         machine.rest(options.settle_steps)
-        physical = _judged(case, before, simulator, observer)
+        physical = _judge_run(case, before, simulator, observer)
         away = home_error(start, machine.positions())
         drift = float(np.linalg.norm(simulator.robot.base_matrix()[:2, 3]))
         contacts = simulator.contacts
@@ -140,19 +140,21 @@ def run_case(
         simulator.close()
 
 
-def _judged(case: Case, before: tuple[ObjectState, ...], simulator: Simulator, observer: ActObserver) -> PhysicalResult:
+def _judge_run(
+    case: Case, before: tuple[ObjectState, ...], simulator: Simulator, observer: ActObserver
+) -> PhysicalResult:
     """Judge the end, and what was seen on the way to it."""
     table, states = case.scene.table, {state.id: state for state in before}
     result = judge(before, simulator.object_states(), case.meaning, table)
-    things = states[case.meaning.object], states[case.meaning.target] if case.meaning.target is not None else None
+    objects = states[case.meaning.object], states[case.meaning.target] if case.meaning.target is not None else None
     held = simulator.contacts.between_fingers
-    return judge_act(case.primitive, result, observer.moments, things, held, table)
+    return judge_act(case.primitive, result, observer.moments, objects, held, table)
 
 
 def task_of(case: Case, seen: Seen, states: Iterable[ObjectState]) -> ManipulationTask:
     """Ground a command: those of the things seen are meant that lie where the states say."""
     places = {state.id: state.position[:2] for state in states}
-    thing = _nearest(seen, places[case.meaning.object])
+    obj = _nearest(seen, places[case.meaning.object])
     target = case.meaning.target
     goal = None
     if target is not None and case.primitive in (Primitive.PUT_IN, Primitive.PUT_ON, Primitive.STACK, Primitive.POUR):
@@ -161,7 +163,7 @@ def task_of(case: Case, seen: Seen, states: Iterable[ObjectState]) -> Manipulati
     pose = None if case.place is None else upright(np.array([*case.place, height]), 0.0)
     said = case.scene.object(target).kind if target is not None else ""
     return ManipulationTask(
-        f"case{case.number}", 0, case.primitive, "none", thing, seen.detections, seen.table, goal, pose, case.kind, said
+        f"case{case.number}", 0, case.primitive, "none", obj, seen.detections, seen.table, goal, pose, case.kind, said
     )
 
 

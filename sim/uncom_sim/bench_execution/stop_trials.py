@@ -91,7 +91,7 @@ class StopTrial:
         if outcome.reason != "stopped on request":
             return None
         stage, driving = outcome.stage, self._driving
-        speed, moved = self._motion()
+        speed, moved = self._residual_motion()
         after: list[tuple[bool, str]] = []
         while len(after) < self._options.tries and not (after and after[-1][0]):
             outcome, said = self._command()
@@ -111,7 +111,7 @@ class StopTrial:
         before = self.simulator.object_states()
         case = next_command(self._number, before, self.simulator.world.scene, self.rng, self._held, self._part)
         self._number += 1
-        outcome = self._engine.execute(self._seen(case))
+        outcome = self._engine.execute(self._perceived_task(case))
         self._held = case.meaning.object if outcome.in_hand else ""
         said = f"{case.kind} {case.relation}: {outcome.reason}"
         if outcome.success:
@@ -121,29 +121,29 @@ class StopTrial:
                 return replace(outcome, success=False), f"{said} ({physical.reason})"
         return outcome, said
 
-    def _seen(self, case: Case) -> ManipulationTask:
+    def _perceived_task(self, case: Case) -> ManipulationTask:
         """Return the command as it is seen; where the arm hides what is meant, the robot is first sent home.
 
         Raises:
             SceneError: it is not seen then either.
         """
-        task = self._grounded(case)
+        task = self._grounded_task(case)
         if task is None and self._last is not None:  # what it cannot do it refuses, once it has gone home
             self._engine.execute(replace(self._last, primitive=Primitive.NONE))
-            task = self._grounded(case)
+            task = self._grounded_task(case)
         if task is None:
             raise SceneError(f"the {case.kind} is not seen")
         self._last = task
         return task
 
-    def _grounded(self, case: Case) -> ManipulationTask | None:
+    def _grounded_task(self, case: Case) -> ManipulationTask | None:
         """Return the command as it is seen from where the base is now, in odom; None if it is neither seen nor held."""
         base = self.machine.base_pose()
         to_base = invert(base.transform_base_to_odom)
         states = [replace(state, pose=to_base @ state.pose) for state in self.simulator.object_states()]
         place = None if case.place is None else apply(to_base, [*case.place, 0.0])
         seen = self.machine.look()
-        if not any(thing.geometry is not None for thing in seen.detections):
+        if not any(obj.geometry is not None for obj in seen.detections):
             return None
         case = case if place is None else replace(case, place=(float(place[0]), float(place[1])))
         task = task_of(case, seen, states)
@@ -151,7 +151,7 @@ class StopTrial:
         away = float(np.linalg.norm(footprint_centre(task.object) - there))
         return task_in_odom(task, base) if self._held or away < self._options.seen_m else None
 
-    def _motion(self) -> tuple[float, float]:
+    def _residual_motion(self) -> tuple[float, float]:
         """Return the greatest speed 0.2 s after a stop, and how far anything moves after that."""
         self.machine.rest(round(self._options.still_s / TIME_STEP_S))
         base = self.simulator.base

@@ -49,16 +49,16 @@ def pick_and_place(
     rng: np.random.Generator, count: int, side: float, *, options: ProblemOptions = PROBLEMS
 ) -> ManipulationTask:
     """Return a task in clutter: a thing within one arm's reach, to a bowl or to a free place on the same side."""
-    thing = (float(rng.uniform(*options.near_x_m)), side * float(rng.uniform(0.0, 0.35)))
+    obj = (float(rng.uniform(*options.near_x_m)), side * float(rng.uniform(0.0, 0.35)))
     while True:
         goal = (float(rng.uniform(*options.near_x_m)), side * float(rng.uniform(0.0, 0.35)))
-        if np.hypot(goal[0] - thing[0], goal[1] - thing[1]) > options.least_move_m:
+        if np.hypot(goal[0] - obj[0], goal[1] - obj[1]) > options.least_move_m:
             break
     into = bool(rng.random() < options.into_share)
-    seen = [detection("ball", _ball(*thing, float(rng.uniform(0.025, 0.036)), rng, options=options))]
+    seen = [detection("ball", _ball(*obj, float(rng.uniform(0.025, 0.036)), rng, options=options))]
     if into:
         seen.append(detection("bowl", _bowl(*goal, rng, options=options)))
-    for i, (x, y) in enumerate(_places(rng, count - len(seen), [thing, goal])):
+    for i, (x, y) in enumerate(_places(rng, count - len(seen), [obj, goal])):
         seen.append(
             detection(f"thing{i}", _box(x, y, rng, options=options) if i % 2 else _cylinder(x, y, rng, options=options))
         )

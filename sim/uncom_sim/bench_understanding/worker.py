@@ -122,7 +122,7 @@ class Worker:
         first = first_command(result)
         verdict = judge(plan, recording.truth.states, first.decision.grounded if first else None)
         outcome = replace(
-            summarised(plan, result, verdict),
+            outcome_of(plan, result, verdict),
             made_s=made_s,
             latency_s=latency,
             key=plan.key(generator_version()),
@@ -182,7 +182,7 @@ def first_command(result: ChainResult) -> Grounding | None:
     return next(iter(commands or result.groundings), None)
 
 
-def summarised(plan: TakePlan, result: ChainResult, verdict: Verdict) -> Outcome:
+def outcome_of(plan: TakePlan, result: ChainResult, verdict: Verdict) -> Outcome:
     """Put the outcome of a take together."""
     meaning = plan.meaning
     got = {
@@ -198,9 +198,13 @@ def summarised(plan: TakePlan, result: ChainResult, verdict: Verdict) -> Outcome
         subjects=scenario(plan.scenario).subjects(),
         said=plan.scene.say,
         heard=" / ".join(transcript.text for transcript in result.transcripts),
-        meant={"object": _named(plan, "object"), "relation": meaning.relation,
-               "target": _named(plan, meaning.target), "place": meaning.area},
-        got={**got, "object": _named(plan, verdict.object), "target": _named(plan, got["target"])},
+        meant={"object": _described_object(plan, "object"), "relation": meaning.relation,
+               "target": _described_object(plan, meaning.target), "place": meaning.area},
+        got={
+            **got,
+            "object": _described_object(plan, verdict.object),
+            "target": _described_object(plan, got["target"]),
+        },
         right=verdict.right,
         why=verdict.why,
         relation=meaning.relation,
@@ -208,9 +212,9 @@ def summarised(plan: TakePlan, result: ChainResult, verdict: Verdict) -> Outcome
     )  # fmt: skip
 
 
-def _named(plan: TakePlan, name: object) -> str | None:
+def _described_object(plan: TakePlan, name: object) -> str | None:
     """Return an id with what it is: "target_rival_1 (green bowl)"."""
     if not isinstance(name, str):
         return None
-    thing = plan.scene.object(name)
-    return f"{name} ({thing.kind if thing.kind == thing.colour else f'{thing.colour} {thing.kind}'})"
+    obj = plan.scene.object(name)
+    return f"{name} ({obj.kind if obj.kind == obj.colour else f'{obj.colour} {obj.kind}'})"

@@ -84,8 +84,8 @@ class Rasteriser:
     ) -> tuple[Rgb, Depth]:
         """Return rgb (H, W, 3) and depth (H, W) [m], infinite where nothing is, of the scene as last updated."""
         attributes, depth = self._draw(camera, optical_to_world, faces)
-        lit = self._lit(camera, optical_to_world, depth, self._shadow_map(light)) if shadows else None
-        rgb = self._coloured(attributes, depth, lit, light)
+        lit = self._lamp_visibility(camera, optical_to_world, depth, self._shadow_map(light)) if shadows else None
+        rgb = self._shade(attributes, depth, lit, light)
         depth[depth >= 0.999 * self._options.far_m] = np.inf
         return rgb, depth
 
@@ -96,8 +96,8 @@ class Rasteriser:
         attributes, depth = self._rasterised(camera, optical_to_world, faces, None)
         shadow = self._draw_shadows(light, casters, None)
         visible, seen = _cut_to(camera, attributes, depth)
-        lit = self._lit(camera, optical_to_world, seen, shadow)
-        rgb = self._coloured(visible, seen, lit, light)
+        lit = self._lamp_visibility(camera, optical_to_world, seen, shadow)
+        rgb = self._shade(visible, seen, lit, light)
         return StaticLayer(attributes, depth, shadow, seen, lit, rgb)
 
     def render_moving(
@@ -109,21 +109,24 @@ class Rasteriser:
         """
         drawn = self._rasterised(camera, optical_to_world, moving, static)
         attributes, depth = _cut_to(camera, *drawn)
-        lit = self._lit(camera, optical_to_world, depth, self._draw_shadows(light, moving, static.shadow))
+        lit = self._lamp_visibility(camera, optical_to_world, depth, self._draw_shadows(light, moving, static.shadow))
         changed = ((depth != static.seen) | (lit != static.lit)).astype(np.uint8)
         rgb = static.rgb.copy()
         left, top, width, height = cv2.boundingRect(changed)
         if width > 0:
             # The lens spreads each pixel by one: a border of one is right only if another one was worked out.
-            inner, outer = _grown((top, left, height, width), 1, depth), _grown((top, left, height, width), 2, depth)
-            part = self._coloured(attributes[outer], depth[outer], lit[outer], light)
+            inner, outer = (
+                _grown_slices((top, left, height, width), 1, depth),
+                _grown_slices((top, left, height, width), 2, depth),
+            )
+            part = self._shade(attributes[outer], depth[outer], lit[outer], light)
             rows = slice(inner[0].start - outer[0].start, inner[0].stop - outer[0].start)
             columns = slice(inner[1].start - outer[1].start, inner[1].stop - outer[1].start)
             rgb[inner] = part[rows, columns]
         depth[depth >= 0.999 * self._options.far_m] = np.inf
         return rgb, depth
 
-    def _coloured(
+    def _shade(
         self,
         attributes: npt.NDArray[np.float32],
         depth: Depth,
@@ -234,7 +237,9 @@ class Rasteriser:
         return ShadowMap(depth, invert(pose), lamp)
 
     @staticmethod
-    def _lit(camera: PinholeCamera, pose: FloatArray, depth: Depth, shadow: ShadowMap) -> npt.NDArray[np.float32]:
+    def _lamp_visibility(
+        camera: PinholeCamera, pose: FloatArray, depth: Depth, shadow: ShadowMap
+    ) -> npt.NDArray[np.float32]:
         """Return how much of the lamp each pixel sees (H, W), from 0 to 1, with soft edges."""
         c, lamp = camera, shadow.camera
         z = depth[:: RASTERISER.shadow_step_px, :: RASTERISER.shadow_step_px]
@@ -264,7 +269,7 @@ def _cut_to(
     return np.ascontiguousarray(attributes[rows, columns]), np.ascontiguousarray(depth[rows, columns])
 
 
-def _grown(box: tuple[int, int, int, int], by: int, picture: Depth) -> tuple[slice, slice]:
+def _grown_slices(box: tuple[int, int, int, int], by: int, picture: Depth) -> tuple[slice, slice]:
     """Return rows and columns of a box (top, left, height, width), larger by some pixels, inside the picture."""
     top, left, height, width = box
     return (

@@ -43,19 +43,21 @@ class Limits:
 
     def path_error(self, position_error: FloatArray, velocity_error: FloatArray) -> int | None:
         """Return the index of a joint that has left its path, if any."""
-        return _worst(np.abs(position_error) > self.path_position, np.abs(velocity_error) > self.path_velocity)
+        return _first_violation(
+            np.abs(position_error) > self.path_position, np.abs(velocity_error) > self.path_velocity
+        )
 
     def goal_error(self, position_error: FloatArray, velocity: FloatArray) -> int | None:
         """Return the index of a joint that is not at its goal, if any."""
-        return _worst(np.abs(position_error) > self.goal_position, np.abs(velocity) > self.goal_velocity)
+        return _first_violation(np.abs(position_error) > self.goal_position, np.abs(velocity) > self.goal_velocity)
 
 
-def _worst(*violations: npt.NDArray[np.bool_]) -> int | None:
+def _first_violation(*violations: npt.NDArray[np.bool_]) -> int | None:
     indices = np.flatnonzero(np.logical_or.reduce(violations))
     return int(indices[0]) if indices.size else None
 
 
-def _asked(value: float, default: float) -> float:
+def _requested(value: float, default: float) -> float:
     if value == 0.0:
         return default
     return value if value > 0.0 else NO_LIMIT
@@ -63,18 +65,18 @@ def _asked(value: float, default: float) -> float:
 
 def limits(
     joints: Sequence[str],
-    asked: GoalTolerances,
+    requested: GoalTolerances,
     goal_position: float,
     stopped_velocity: float,
     goal_time_s: float,
 ) -> Limits:
     """Combine what a goal asks for with a controller's defaults (positions [rad or m], velocities [/s], time [s])."""
-    path = [asked.path.get(joint, Tolerance()) for joint in joints]
-    goal = [asked.goal.get(joint, Tolerance()) for joint in joints]
+    path = [requested.path.get(joint, Tolerance()) for joint in joints]
+    goal = [requested.goal.get(joint, Tolerance()) for joint in joints]
     return Limits(
-        path_position=np.array([_asked(t.position, NO_LIMIT) for t in path]),
-        path_velocity=np.array([_asked(t.velocity, NO_LIMIT) for t in path]),
-        goal_position=np.array([_asked(t.position, goal_position) for t in goal]),
-        goal_velocity=np.array([_asked(t.velocity, stopped_velocity) for t in goal]),
-        goal_time_s=_asked(asked.goal_time_s, goal_time_s),
+        path_position=np.array([_requested(t.position, NO_LIMIT) for t in path]),
+        path_velocity=np.array([_requested(t.velocity, NO_LIMIT) for t in path]),
+        goal_position=np.array([_requested(t.position, goal_position) for t in goal]),
+        goal_velocity=np.array([_requested(t.velocity, stopped_velocity) for t in goal]),
+        goal_time_s=_requested(requested.goal_time_s, goal_time_s),
     )

@@ -53,7 +53,7 @@ class _Times:
 
 
 @dataclass(frozen=True, slots=True)
-class _Seen:
+class _RunData:
     """What one run left in memory."""
 
     record: RunRecord
@@ -85,7 +85,7 @@ def _wanted_domain() -> str | None:
     return os.environ.get("ROS_DOMAIN_ID")
 
 
-def _run_graph(options: DemoOptions, scene_file: Path, domain: int, times: _Times, say: Say) -> _Seen:
+def _run_graph(options: DemoOptions, scene_file: Path, domain: int, times: _Times, say: Say) -> _RunData:
     say(progress.head("starting", f"six nodes and the simulator (ROS domain {domain})"))
 
     def tell(event: Event) -> None:
@@ -118,7 +118,7 @@ def _run_graph(options: DemoOptions, scene_file: Path, domain: int, times: _Time
             end_s = listeners.demo.now_s
             cpu_s = {**graph.cpu_times_s(), "demo": time.process_time()}
             record = listeners.record()
-    return _Seen(record, before, after, (contacts[0], contacts[1]), (begin_s, end_s), gave_up, cpu_s)
+    return _RunData(record, before, after, (contacts[0], contacts[1]), (begin_s, end_s), gave_up, cpu_s)
 
 
 def _wait_until_up(graph: GraphProcesses, listeners: DemoListeners, timing: DemoTiming = DEMO_TIMING) -> None:
@@ -157,7 +157,7 @@ def _wait_until_done(
         time.sleep(timing.poll_s)
 
 
-def _finish(options: DemoOptions, seen: _Seen, times: _Times, say: Say) -> DemoResult:
+def _finish(options: DemoOptions, seen: _RunData, times: _Times, say: Say) -> DemoResult:
     """Score, and write what the run leaves behind."""
     from uncom_bringup.report import run_files  # noqa: PLC0415
     from uncom_bringup.report.report_page import Outcome  # noqa: PLC0415
@@ -190,7 +190,7 @@ def _finish(options: DemoOptions, seen: _Seen, times: _Times, say: Say) -> DemoR
         options.folder,
         f"UNCOM demo: {scene.name}, seed {options.seed}",
         record,
-        Outcome(success, result.in_words().partition(": ")[2], _measured(physical, score.chosen, seen.contacts)),
+        Outcome(success, result.in_words().partition(": ")[2], _physical_rows(physical, score.chosen, seen.contacts)),
         timings,
         heard=result.heard,
         span_s=seen.span_s if options.video else None,
@@ -200,7 +200,7 @@ def _finish(options: DemoOptions, seen: _Seen, times: _Times, say: Say) -> DemoR
     return replace(result, timings_s=timings, artifacts={**made, "log": str(options.folder / "log")})
 
 
-def _measured(physical: PhysicalResult, chosen: Any, contacts: tuple[int, int]) -> dict[str, str]:
+def _physical_rows(physical: PhysicalResult, chosen: Any, contacts: tuple[int, int]) -> dict[str, str]:
     def named(key: str) -> str:
         value = chosen[key]
         return "-" if value is None else str(value)

@@ -63,7 +63,7 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
     table = scene.table
     made: dict[str, Any] = {
         "name": scene.name,
-        "objects": [asdict(thing) for thing in scene.objects],
+        "objects": [asdict(obj) for obj in scene.objects],
         "say": scene.say,
         "point_object": scene.point_object,
         "point_target": scene.point_target,

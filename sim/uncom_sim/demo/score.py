@@ -14,7 +14,7 @@ from uncom_bringup.report import summary
 from uncom_sim.scoring.end_state import PhysicalResult, judge, nearest_object
 from uncom_sim.types import Meaning, ObjectState, Scene
 
-_NOTHING: Mapping[str, Any] = {"object": None, "target": None, "area": None}
+_NO_CHOICE: Mapping[str, Any] = {"object": None, "target": None, "area": None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,12 +32,12 @@ def score_run(scene: Scene, record: RunRecord, before: Sequence[ObjectState], af
     to do, and the reason says so.
     """
     grounded = [e.data for e in record.of(run_record.GROUNDED) if e.data["status"] == STATUS_GROUNDED]
-    chosen = _chosen(grounded[-1], before) if grounded else _NOTHING
+    chosen = _chosen(grounded[-1], before) if grounded else _NO_CHOICE
     if not before or not after:
         return Score(chosen, PhysicalResult(False, "the simulator told no state", 0.0, 0.0))
     if scene.meaning is not None:
         return Score(chosen, judge(before, after, scene.meaning, scene.table))
-    goal = _own_goal(grounded[-1], chosen) if grounded else None
+    goal = _goal_chosen_by_robot(grounded[-1], chosen) if grounded else None
     if goal is None:
         return Score(chosen, PhysicalResult(False, "nothing was to be done", 0.0, _most_moved(before, after)))
     result = judge(before, after, goal, scene.table)
@@ -54,7 +54,7 @@ def _chosen(grounded: Mapping[str, Any], before: Sequence[ObjectState]) -> dict[
     return {"object": name(places["object"]), "target": name(places["target"]), "area": places["area"]}
 
 
-def _own_goal(grounded: Mapping[str, Any], chosen: Mapping[str, Any]) -> Meaning | None:
+def _goal_chosen_by_robot(grounded: Mapping[str, Any], chosen: Mapping[str, Any]) -> Meaning | None:
     if chosen["object"] is None:
         return None
     if chosen["target"] is not None:

@@ -14,7 +14,7 @@ from uncom_sim.person.voice import Utterance
 from uncom_sim.types import SAMPLE_RATE_HZ
 
 
-def with_pause(utterance: Utterance, after_word: int, pause_s: float) -> Utterance:
+def insert_pause(utterance: Utterance, after_word: int, pause_s: float) -> Utterance:
     """Return the utterance with a pause [s] after the word of a number."""
     if pause_s <= 0.0 or after_word + 1 >= len(utterance.words):
         return utterance
@@ -28,7 +28,7 @@ def with_pause(utterance: Utterance, after_word: int, pause_s: float) -> Utteran
     return Utterance(samples, (*utterance.words[: after_word + 1], *later))
 
 
-def recorded(
+def record(
     utterance: Utterance,
     start_s: float,
     duration_s: float,
@@ -54,11 +54,11 @@ def recorded(
     clean *= options.peak / peak if peak > 0.0 else 1.0
     loud = clean[np.abs(clean) > options.speech_level]
     level = float(np.sqrt(np.mean(loud**2))) if len(loud) else 0.1
-    heard = clean + _murmur(len(clean), rng) * (noise * level + options.noise_floor)
+    heard = clean + _pink_noise(len(clean), rng) * (noise * level + options.noise_floor)
     return np.asarray(np.clip(np.round(heard * 32767.0), -32768, 32767).astype(np.int16))
 
 
-def _murmur(count: int, rng: np.random.Generator) -> npt.NDArray[np.float64]:
+def _pink_noise(count: int, rng: np.random.Generator) -> npt.NDArray[np.float64]:
     """Noise of unit power that falls with frequency, as rooms and fans make it."""
     spectrum = np.fft.rfft(rng.normal(0.0, 1.0, count))
     frequency = np.fft.rfftfreq(count, 1.0 / SAMPLE_RATE_HZ)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation, Slerp
 
-from uncom_sim.person.acoustics import recorded, with_pause
+from uncom_sim.person.acoustics import insert_pause, record
 from uncom_sim.person.attributes import PersonAttributes, draw_attributes
 from uncom_sim.person.hand_model import Hand, build_hand
 from uncom_sim.person.hand_placement import ARM_AZIMUTH, Obstacle, Placement, place_hand, robot_viewpoint
@@ -63,7 +63,7 @@ class PersonBehaviour:
         if not self.moves or not self.moves[0].start_s < t_s < self.moves[-1].end_s:
             return None
         move = next(m for m in reversed(self.moves) if m.start_s <= t_s)
-        pose = _between(move, t_s)
+        pose = _interpolated_pose(move, t_s)
         # Nobody holds a hand quite still.
         phases = np.array([7.3, 9.1, 8.2]) * 2.0 * np.pi * t_s
         slow = np.array([0.9, 1.3, 1.1]) * 2.0 * np.pi * t_s + np.array([0.0, 1.0, 2.0])
@@ -107,16 +107,16 @@ def plan_behaviour(
     attributes = replace(attributes, side=placements[0]) if placements is not None else attributes
     poses = placements[1] if placements is not None else {}
     if len(ranges) > 1:
-        short = _move_s(poses["object"], poses["target"]) + attributes.lead + attributes.lag
+        short = _move_duration_s(poses["object"], poses["target"]) + attributes.lead + attributes.lag
         short -= spoken.words[ranges["target"][0]].start_s - spoken.words[ranges["object"][1] - 1].end_s
-        spoken = with_pause(spoken, ranges["object"][1] - 1, min(max(short, 0.0), behaviour_options.longest_pause_s))
+        spoken = insert_pause(spoken, ranges["object"][1] - 1, min(max(short, 0.0), behaviour_options.longest_pause_s))
     first = min((spoken.words[span[0]].start_s for span in ranges.values()), default=1.0)
     unseen_s, enter_s = behaviour_options.unseen_s, behaviour_options.enter_s
     start_s = max(unseen_s + 0.2, unseen_s + enter_s + attributes.lead - first)
     words = tuple(replace(w, start_s=w.start_s + start_s, end_s=w.end_s + start_s) for w in spoken.words)
-    moves, pointing = _choreography(words, ranges, poses, attributes, behaviour_options=behaviour_options)
+    moves, pointing = _plan_moves(words, ranges, poses, attributes, behaviour_options=behaviour_options)
     last = max([start_s + spoken.duration_s, *(m.end_s for m in moves)])
-    samples = recorded(spoken, start_s, last + behaviour_options.after_s, attributes.noise, attributes.reverb, rng)
+    samples = record(spoken, start_s, last + behaviour_options.after_s, attributes.noise, attributes.reverb, rng)
     return PersonBehaviour(samples, words, last + behaviour_options.after_s, hand, moves, pointing, attributes)
 
 
@@ -151,7 +151,7 @@ def _placements(
         s: {role: place_hand(hand, at, s, obstacles, table, viewpoint) for role, at in targets.items()} for s in sides
     }
     costs = {
-        s: max(_effort(p, s, table, behaviour_options=behaviour_options) for p in poses.values())
+        s: max(_reach_cost(p, s, table, behaviour_options=behaviour_options) for p in poses.values())
         for s, poses in options.items()
     }
     good = [s for s in sides if costs[s] <= min(costs.values()) + 0.25]
@@ -159,14 +159,16 @@ def _placements(
     return chosen, options[chosen]
 
 
-def _effort(placement: Placement, side: str, table: Table, *, behaviour_options: BehaviourOptions = BEHAVIOUR) -> float:
+def _reach_cost(
+    placement: Placement, side: str, table: Table, *, behaviour_options: BehaviourOptions = BEHAVIOUR
+) -> float:
     """Cost of a pose for someone who stands at a side of the table: reaching far over it is hard."""
     x, y, _ = placement.target
     reach = {"far": table.x_max - x, "left": table.y_max - y, "right": y - table.y_min}[side]
     return placement.cost + 3.0 * max(float(reach) - behaviour_options.easy_reach_m, 0.0)
 
 
-def _choreography(
+def _plan_moves(
     words: Sequence[SpokenWord],
     ranges: Mapping[str, tuple[int, int]],
     poses: Mapping[str, Placement],
@@ -184,7 +186,7 @@ def _choreography(
                 Move(
                     arrive - behaviour_options.enter_s,
                     arrive,
-                    _away(pose, str(attributes.side), behaviour_options=behaviour_options),
+                    _withdrawn_pose(pose, str(attributes.side), behaviour_options=behaviour_options),
                     pose,
                     0.0,
                 )
@@ -192,7 +194,7 @@ def _choreography(
         else:
             leave = pointing[-1].end_s
             arrive = min(max(arrive, leave + 0.4), words[begin].start_s + max(0.15, -attributes.lead))
-            depart = max(leave, arrive - 1.2 * _move_s(poses[pointing[-1].role], poses[role]))
+            depart = max(leave, arrive - 1.2 * _move_duration_s(poses[pointing[-1].role], poses[role]))
             arch = 0.2 * float(np.linalg.norm(pose[:3, 3] - moves[-1].end[:3, 3]))
             pointing[-1] = replace(pointing[-1], end_s=depart)
             moves.append(Move(depart, arrive, moves[-1].end, pose, arch))
@@ -206,19 +208,19 @@ def _choreography(
                 gone,
                 gone + behaviour_options.leave_s,
                 moves[-1].end,
-                _away(moves[-1].end, str(attributes.side), behaviour_options=behaviour_options),
+                _withdrawn_pose(moves[-1].end, str(attributes.side), behaviour_options=behaviour_options),
                 0.0,
             )
         )
     return tuple(moves), tuple(pointing)
 
 
-def _move_s(a: Placement, b: Placement) -> float:
+def _move_duration_s(a: Placement, b: Placement) -> float:
     """How long a hand takes from one pose to another: near 1 m/s at its fastest."""
     return 0.35 + 0.7 * float(np.linalg.norm(a.pose[:3, 3] - b.pose[:3, 3]))
 
 
-def _away(pose: FloatArray, side: str, *, behaviour_options: BehaviourOptions = BEHAVIOUR) -> FloatArray:
+def _withdrawn_pose(pose: FloatArray, side: str, *, behaviour_options: BehaviourOptions = BEHAVIOUR) -> FloatArray:
     """Draw a hand back out of the robot's sight, the way the arm came."""
     azimuth = ARM_AZIMUTH[side]
     away = pose.copy()
@@ -226,7 +228,7 @@ def _away(pose: FloatArray, side: str, *, behaviour_options: BehaviourOptions = 
     return away
 
 
-def _between(move: Move, t_s: float) -> FloatArray:
+def _interpolated_pose(move: Move, t_s: float) -> FloatArray:
     """Minimum-jerk way between two poses."""
     share = float(np.clip((t_s - move.start_s) / max(move.end_s - move.start_s, 1e-6), 0.0, 1.0))
     smooth = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)

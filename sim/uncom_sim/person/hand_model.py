@@ -177,7 +177,7 @@ def _right_hand(
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     if mesh.volume < 0:
         faces = faces[:, ::-1]
-    return joints, vertices, normals, np.asarray(faces, dtype=np.int64), _flush(vertices, normals, joints)
+    return joints, vertices, normals, np.asarray(faces, dtype=np.int64), _redness(vertices, normals, joints)
 
 
 def _skin_distance(points: FloatArray, joints: FloatArray, *, options: HandModelOptions = HAND_MODEL) -> FloatArray:
@@ -186,18 +186,20 @@ def _skin_distance(points: FloatArray, joints: FloatArray, *, options: HandModel
     for k, finger in enumerate(FINGERS):
         chain = joints[5 + 4 * k : 9 + 4 * k]
         radii = finger.radii_m
-        bones = [_bone(points, chain[i], chain[i + 1], radii[i], radii[i + 1]) for i in range(3)]
-        fingers.append(_blend(bones, 0.0015))
+        bones = [_capsule_distance(points, chain[i], chain[i + 1], radii[i], radii[i + 1]) for i in range(3)]
+        fingers.append(_smooth_minimum(bones, 0.0015))
     thumb = [
-        _bone(points, joints[i], joints[i + 1], options.thumb_radii_m[i], options.thumb_radii_m[i + 1])
+        _capsule_distance(points, joints[i], joints[i + 1], options.thumb_radii_m[i], options.thumb_radii_m[i + 1])
         for i in range(1, 4)
     ]
-    palm = [_bone(points, *bone) for bone in _palm_bones(joints)]
-    arm = _forearm(points, options=options)
-    return _blend([_blend(palm, 0.005), _blend(thumb, 0.002), *fingers, arm], options.blend_m)
+    palm = [_capsule_distance(points, *bone) for bone in _palm_capsules(joints)]
+    arm = _forearm_distance(points, options=options)
+    return _smooth_minimum(
+        [_smooth_minimum(palm, 0.005), _smooth_minimum(thumb, 0.002), *fingers, arm], options.blend_m
+    )
 
 
-def _palm_bones(joints: FloatArray) -> list[tuple[FloatArray, FloatArray, float, float]]:
+def _palm_capsules(joints: FloatArray) -> list[tuple[FloatArray, FloatArray, float, float]]:
     wrist = {5: (0.008, 0.014, 0.0), 9: (0.006, 0.005, 0.002), 13: (0.006, -0.006, 0.001), 17: (0.008, -0.015, -0.003)}
     bones = [(np.asarray(at), joints[knuckle] - [0, 0, 0.002], 0.0165, 0.0118) for knuckle, at in wrist.items()]
     inside = np.array([0.0, 0.0, -0.010])
@@ -208,7 +210,7 @@ def _palm_bones(joints: FloatArray) -> list[tuple[FloatArray, FloatArray, float,
     return bones
 
 
-def _forearm(points: FloatArray, *, options: HandModelOptions = HAND_MODEL) -> FloatArray:
+def _forearm_distance(points: FloatArray, *, options: HandModelOptions = HAND_MODEL) -> FloatArray:
     """Distance to the forearm: flat at the wrist, round and thicker towards the elbow."""
     along = np.clip(-points[:, 0] / options.forearm_m, -0.03, 1.0)
     wide = np.interp(along, [-0.03, 0.0, 0.12, 0.5, 0.85, 1.0], [0.024, 0.0265, 0.0265, 0.036, 0.043, 0.043])
@@ -220,7 +222,7 @@ def _forearm(points: FloatArray, *, options: HandModelOptions = HAND_MODEL) -> F
     )
 
 
-def _bone(points: FloatArray, a: FloatArray, b: FloatArray, radius_a: float, radius_b: float) -> FloatArray:
+def _capsule_distance(points: FloatArray, a: FloatArray, b: FloatArray, radius_a: float, radius_b: float) -> FloatArray:
     axis = np.asarray(b) - np.asarray(a)
     share = np.clip((points - a) @ axis / max(float(axis @ axis), 1e-12), 0.0, 1.0)
     return np.asarray(
@@ -228,13 +230,13 @@ def _bone(points: FloatArray, a: FloatArray, b: FloatArray, radius_a: float, rad
     )
 
 
-def _blend(distances: list[FloatArray], width: float) -> FloatArray:
+def _smooth_minimum(distances: list[FloatArray], width: float) -> FloatArray:
     stacked = np.stack(distances)
     nearest = stacked.min(axis=0)
     return np.asarray(nearest - width * np.log(np.exp(-(stacked - nearest) / width).sum(axis=0)))
 
 
-def _flush(vertices: FloatArray, normals: FloatArray, joints: FloatArray) -> FloatArray:
+def _redness(vertices: FloatArray, normals: FloatArray, joints: FloatArray) -> FloatArray:
     """How red the skin is: more over knuckles and tips, less in the palm; near 1 is a nail."""
     value = np.full(len(vertices), 0.35) - 0.12 * np.clip(-normals[:, 2], 0.0, 1.0)
     for i in (5, 9, 13, 17, 6, 10, 14, 18, 4, 8, 12, 16, 20):

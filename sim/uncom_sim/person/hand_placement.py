@@ -88,10 +88,10 @@ def place_hand(
         pose = hand_pose(
             hand, target, direction, float(distance), viewpoint, hand_placement_options=hand_placement_options
         )
-        cost = _discomfort(float(turn), float(pitch), float(distance), float(direction[0]))
+        cost = _posture_cost(float(turn), float(pitch), float(distance), float(direction[0]))
         if best is not None and cost >= best.cost:
             continue
-        cost += _cost(hand, pose, target, obstacles, table, viewpoint, hand_model_options=hand_model_options)
+        cost += _visibility_cost(hand, pose, target, obstacles, table, viewpoint, hand_model_options=hand_model_options)
         if best is None or cost < best.cost:
             best = Placement(pose, target, cost)
     if best is None:
@@ -126,13 +126,13 @@ def _axes(forward: FloatArray, up: FloatArray) -> FloatArray:
     return np.column_stack([forward, np.cross(z, forward), z])
 
 
-def _discomfort(turn: float, pitch: float, distance: float, away: float) -> float:
+def _posture_cost(turn: float, pitch: float, distance: float, away: float) -> float:
     """Cost of a pose in itself; pointing away from the viewer hides the finger behind the hand."""
     low = abs(pitch - float(np.radians(34)))
     return 0.6 * abs(turn) + 0.8 * low + 1.5 * abs(distance - 0.14) + 1.5 * max(away, 0.0)
 
 
-def _cost(
+def _visibility_cost(
     hand: Hand,
     pose: FloatArray,
     target: FloatArray,
@@ -157,9 +157,9 @@ def _cost(
     )
     foreshortened = float(np.clip(0.85 - finger / full, 0.0, 1.0))
     skeleton = np.concatenate([joints, arm])
-    low = float(np.clip(table.height + 0.045 - _over_table(skeleton, table), 0.0, 0.1).max()) / 0.03
-    touching = _touching(skeleton, obstacles)
-    crossing = _crossing(pixels[HandLandmark.INDEX_TIP], pixels[len(HandLandmark)], target, obstacles, viewpoint)
+    low = float(np.clip(table.height + 0.045 - _heights_over_table(skeleton, table), 0.0, 0.1).max()) / 0.03
+    touching = _collision_cost(skeleton, obstacles)
+    crossing = _occlusion_cost(pixels[HandLandmark.INDEX_TIP], pixels[len(HandLandmark)], target, obstacles, viewpoint)
     return 6.0 * hidden + 3.0 * foreshortened + 3.0 * low + 3.0 * touching + 1.5 * crossing
 
 
@@ -169,36 +169,34 @@ def _arm_points(*, hand_model_options: HandModelOptions = HAND_MODEL) -> FloatAr
     return np.column_stack([-along, np.zeros(8), np.full(8, -0.03)])
 
 
-def _over_table(points: FloatArray, table: Table) -> FloatArray:
+def _heights_over_table(points: FloatArray, table: Table) -> FloatArray:
     """Heights of points; those beside the table count as high enough."""
     inside = (points[:, 0] < table.x_max) & (points[:, 1] > table.y_min) & (points[:, 1] < table.y_max)
     return np.where(inside, points[:, 2], np.inf)
 
 
-def _touching(points: FloatArray, obstacles: Sequence[Obstacle], clearance: float = 0.035) -> float:
+def _collision_cost(points: FloatArray, obstacles: Sequence[Obstacle], clearance: float = 0.035) -> float:
     worst = 0.0
-    for thing in obstacles:
-        outside = np.maximum(np.abs(points - thing.middle) - thing.half_size, 0.0)
+    for obj in obstacles:
+        outside = np.maximum(np.abs(points - obj.middle) - obj.half_size, 0.0)
         worst = max(
             worst, float(np.clip(clearance - np.linalg.norm(outside, axis=1).min(), 0.0, clearance)) / clearance
         )
     return worst
 
 
-def _crossing(
+def _occlusion_cost(
     tip: FloatArray, aim: FloatArray, target: FloatArray, obstacles: Sequence[Obstacle], viewpoint: Viewpoint
 ) -> float:
     """How much other things lie between the finger and the target from the viewpoint (0 to 1)."""
     along = aim - tip
     worst = 0.0
-    for thing in obstacles:
-        if np.linalg.norm(thing.middle[:2] - target[:2]) < HAND_PLACEMENT.same_place_m:
+    for obj in obstacles:
+        if np.linalg.norm(obj.middle[:2] - target[:2]) < HAND_PLACEMENT.same_place_m:
             continue
-        centre = viewpoint.pixels(thing.middle[None])[0]
+        centre = viewpoint.pixels(obj.middle[None])[0]
         radius = (
-            viewpoint.camera.fx
-            * float(thing.half_size.max())
-            / float(np.linalg.norm(thing.middle - viewpoint.pose[:3, 3]))
+            viewpoint.camera.fx * float(obj.half_size.max()) / float(np.linalg.norm(obj.middle - viewpoint.pose[:3, 3]))
         )
         share = float(np.clip((centre - tip) @ along / max(float(along @ along), 1e-9), 0.0, 1.0))
         gap = float(np.linalg.norm(tip + share * along - centre)) - radius

@@ -52,7 +52,7 @@ def _is_hand(name: str) -> bool:
     return name.startswith(("hand_left_", "hand_right_"))
 
 
-def _prune(robot: ET.Element) -> None:
+def _remove_unused_elements(robot: ET.Element) -> None:
     """Drop the hands, the old camera frames, and what only Gazebo and ROS 1 read."""
     for element in list(robot):
         name = element.get("name", "")
@@ -63,7 +63,7 @@ def _prune(robot: ET.Element) -> None:
             element.remove(calibration)
 
 
-def _sound_inertias(robot: ET.Element) -> None:
+def _repair_inertias(robot: ET.Element) -> None:
     """Give links whose inertia no solid body can have (zero, indefinite) one that a small ball would have."""
     for link in robot.findall("link"):
         inertial = link.find("inertial")
@@ -132,7 +132,7 @@ def tiago_urdf() -> str:
         robot = ET.parse(package_directory() / PACKAGE / _URDF).getroot()  # noqa: S314  (an installed package's file)
     except ET.ParseError as err:
         raise SimError("the robot's URDF in example-robot-data cannot be read: install version 6.0.0 of it") from err
-    _prune(robot)
+    _remove_unused_elements(robot)
     links = {link.get("name") for link in robot.findall("link")}
     needed = {"head_2_link", *(f"wrist_{side}_ft_tool_link" for side in SIDES)}
     if not needed <= links:
@@ -140,7 +140,7 @@ def tiago_urdf() -> str:
     robot.extend(_camera_elements())
     for side in SIDES:
         robot.extend(gripper_elements(side, f"wrist_{side}_ft_tool_link"))
-    _sound_inertias(robot)
+    _repair_inertias(robot)
     robot.set("name", "tiago_dual")
     ET.indent(robot)  # PyBullet misreads very long lines
     return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode")

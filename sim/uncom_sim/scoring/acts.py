@@ -20,7 +20,7 @@ from uncom_sim.types import FloatArray, Meaning, ObjectState, SceneObject, Table
 from uncom_sim.world.simulator import Simulator
 
 HANDS = ("left", "right")
-_FILLED = ("mug", "cup", "bowl", "bottle", "can")
+_FILLABLE_KINDS = ("mug", "cup", "bowl", "bottle", "can")
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class Moment:
     """Where the thing, the target and the grasping frames of both hands are: poses (4, 4)."""
 
     time_s: float
-    thing: FloatArray
+    object: FloatArray
     target: FloatArray | None
     hands: tuple[FloatArray, FloatArray]
 
@@ -54,7 +54,7 @@ def judge_act(
     act: str,
     result: PhysicalResult,
     moments: Sequence[Moment],
-    things: tuple[ObjectState, ObjectState | None],
+    objects: tuple[ObjectState, ObjectState | None],
     held: frozenset[str],
     table: Table,
     *,
@@ -66,24 +66,24 @@ def judge_act(
         act: "pick", "give", "pour", "point", or anything else: then the hands have to be empty.
         result: what the end state says.
         moments: what the observer noted, in the order of time.
-        things: the object and the target as they were before.
+        objects: the object and the target as they were before.
         held: ids of what is between two fingers at the end.
         table: the table.
         options: the criteria.
     """
-    thing, target = things
+    obj, target = objects
     if act in ("pick", "give"):
-        if thing.id not in held:
-            return replace(result, success=False, reason=f"{thing.id} is not between the fingers")
+        if obj.id not in held:
+            return replace(result, success=False, reason=f"{obj.id} is not between the fingers")
         success, reason = (
-            _held_out(thing, moments[-1], table, options=options) if act == "give" else (True, result.reason)
+            _held_out(obj, moments[-1], table, options=options) if act == "give" else (True, result.reason)
         )
     elif held:
         return replace(result, success=False, reason=f"{', '.join(sorted(held))} is still between the fingers")
     elif act == "pour" and target is not None:
-        success, reason = _poured(thing, target, moments, options=options)
+        success, reason = _poured(obj, target, moments, options=options)
     elif act == "point":
-        success, reason = _pointed(thing, moments, table, options=options)
+        success, reason = _pointed(obj, moments, table, options=options)
     else:
         return result
     if act in ("pour", "point") and success and result.object_moved_m > options.stayed_m:
@@ -93,19 +93,19 @@ def judge_act(
     return replace(result, success=success, reason=reason)
 
 
-def _held_out(thing: ObjectState, end: Moment, table: Table, *, options: ActCriteria = ACTS) -> tuple[bool, str]:
+def _held_out(obj: ObjectState, end: Moment, table: Table, *, options: ActCriteria = ACTS) -> tuple[bool, str]:
     """Judge whether a thing hangs high over the table, ahead of the robot, and nothing runs out of it."""
-    points = np.concatenate(model(thing.kind, thing.colour).hulls) @ end.thing[:3, :3].T + end.thing[:3, 3]
-    above, ahead = float(points[:, 2].min()) - table.height, float(end.thing[0, 3])
-    if thing.kind in _FILLED and end.thing[2, 2] < options.level_cos:
-        return False, f"{thing.id} is held out tilted"
+    points = np.concatenate(model(obj.kind, obj.colour).hulls) @ end.object[:3, :3].T + end.object[:3, 3]
+    above, ahead = float(points[:, 2].min()) - table.height, float(end.object[0, 3])
+    if obj.kind in _FILLABLE_KINDS and end.object[2, 2] < options.level_cos:
+        return False, f"{obj.id} is held out tilted"
     good = above > options.given_above_m and ahead > options.given_ahead_m
-    return good, f"{thing.id} is held out {ahead:.2f} m ahead, {above:.2f} m above the table"
+    return good, f"{obj.id} is held out {ahead:.2f} m ahead, {above:.2f} m above the table"
 
 
-def mouth(thing: ObjectState) -> FloatArray:
+def opening_rim(obj: ObjectState) -> FloatArray:
     """Return points (24, 3) of the edge of a thing's upper opening, in its body frame [m]."""
-    shape = model(thing.kind, thing.colour)
+    shape = model(obj.kind, obj.colour)
     if shape.opening is not None:
         (x, y), radius, z = shape.opening.centre, shape.opening.radius, shape.opening.rim_z
     else:
@@ -118,39 +118,39 @@ def mouth(thing: ObjectState) -> FloatArray:
 
 
 def _poured(
-    thing: ObjectState, target: ObjectState, moments: Sequence[Moment], *, options: ActCriteria = ACTS
+    obj: ObjectState, target: ObjectState, moments: Sequence[Moment], *, options: ActCriteria = ACTS
 ) -> tuple[bool, str]:
     """Judge whether the mouth was tipped over the opening of the target for long enough, and never beside it."""
     opening = model(target.kind, target.colour).opening
     if opening is None:
         return False, f"nothing can be poured into {target.id}"
-    edge, poured, steepest = mouth(thing), 0.0, 0.0
+    edge, poured, steepest = opening_rim(obj), 0.0, 0.0
     before = moments[0].time_s
     for moment in moments:
-        tilt = float(np.arccos(np.clip(moment.thing[2, 2], -1.0, 1.0)))
+        tilt = float(np.arccos(np.clip(moment.object[2, 2], -1.0, 1.0)))
         steepest = max(steepest, tilt)
         span, before = moment.time_s - before, moment.time_s
         if tilt < options.spilling_tilt_rad or moment.target is None:
             continue
-        ring = edge @ moment.thing[:3, :3].T + moment.thing[:3, 3]
+        ring = edge @ moment.object[:3, :3].T + moment.object[:3, 3]
         lowest = (ring[ring[:, 2].argmin()] - moment.target[:3, 3]) @ moment.target[:3, :3]
         away = float(np.hypot(lowest[0] - opening.centre[0], lowest[1] - opening.centre[1]))
         if away > opening.radius or lowest[2] < opening.rim_z:
-            return False, f"{thing.id} was tilted by {np.degrees(tilt):.0f} degrees {away:.2f} m off {target.id}"
+            return False, f"{obj.id} was tilted by {np.degrees(tilt):.0f} degrees {away:.2f} m off {target.id}"
         poured += span if tilt > options.pouring_tilt_rad else 0.0
-    text = f"{thing.id} was tilted by {np.degrees(steepest):.0f} degrees over {target.id}, poured for {poured:.1f} s"
+    text = f"{obj.id} was tilted by {np.degrees(steepest):.0f} degrees over {target.id}, poured for {poured:.1f} s"
     return poured >= options.poured_s, text
 
 
 def _pointed(
-    thing: ObjectState, moments: Sequence[Moment], table: Table, *, options: ActCriteria = ACTS
+    obj: ObjectState, moments: Sequence[Moment], table: Table, *, options: ActCriteria = ACTS
 ) -> tuple[bool, str]:
     """Judge whether the line of a hand's fingers met the thing, from near, at some moment."""
-    corners = np.concatenate(model(thing.kind, thing.colour).hulls) @ thing.pose[:3, :3].T + thing.pose[:3, 3]
+    corners = np.concatenate(model(obj.kind, obj.colour).hulls) @ obj.pose[:3, :3].T + obj.pose[:3, 3]
     low, high = table.height, float(corners[:, 2].max())
-    yaw = float(np.arctan2(thing.pose[1, 0], thing.pose[0, 0]))
-    x, y = map(float, thing.position[:2])
-    shape = outline(SceneObject(thing.id, thing.kind, thing.colour, x, y, yaw))
+    yaw = float(np.arctan2(obj.pose[1, 0], obj.pose[0, 0]))
+    x, y = map(float, obj.position[:2])
+    shape = outline(SceneObject(obj.id, obj.kind, obj.colour, x, y, yaw))
     best = np.inf
     along = np.arange(options.tip_m, options.pointed_from_m + options.tip_m, 0.01)
     for moment in moments:
@@ -159,4 +159,4 @@ def _pointed(
             beyond = np.maximum(np.maximum(low - line[:, 2], line[:, 2] - high), 0.0)
             gaps = shapely.distance(shape, shapely.points(line[:, :2]))
             best = min(best, float(np.hypot(beyond, gaps).min()))
-    return best < options.pointed_m, f"the line of the fingers passed {thing.id} at {best:.2f} m"
+    return best < options.pointed_m, f"the line of the fingers passed {obj.id} at {best:.2f} m"

@@ -19,7 +19,7 @@ from uncom_sim.objects.footprint import outline
 from uncom_sim.scoring.options import END_STATE, RELATION_CRITERIA, EndStateCriteria, RelationCriteria
 from uncom_sim.types import DIRECTIONS, NEGLIGIBLE, Meaning, ObjectState, Point2, SceneObject, Table
 
-_LIES = ("banana", "apple", "lemon", "orange", "pear", "spoon")  # any way up
+_LYING_KINDS = ("banana", "apple", "lemon", "orange", "pear", "spoon")  # any way up
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,29 +105,29 @@ def _goal_reached(
     end_state_criteria: EndStateCriteria = END_STATE,
     relation_criteria: RelationCriteria = RELATION_CRITERIA,
 ) -> tuple[bool, str]:
-    thing = now[goal.object]
-    rise = float(thing.position[2] - was[goal.object].position[2])
-    if thing.position[2] < table.height - end_state_criteria.fallen_m:
+    obj = now[goal.object]
+    rise = float(obj.position[2] - was[goal.object].position[2])
+    if obj.position[2] < table.height - end_state_criteria.fallen_m:
         return False, f"{goal.object} fell off the table"
     if goal.relation == "none":
         return (
             rise > end_state_criteria.lifted_m,
             f"{goal.object} was {'' if rise > end_state_criteria.lifted_m else 'not '}lifted",
         )
-    reached, reason = _related(
-        thing, goal, now, table, end_state_criteria=end_state_criteria, relation_criteria=relation_criteria
+    reached, reason = _check_relation(
+        obj, goal, now, table, end_state_criteria=end_state_criteria, relation_criteria=relation_criteria
     )
     if (
         reached
-        and thing.kind not in _LIES
-        and thing.pose[2, 2] < end_state_criteria.upright_cos <= was[goal.object].pose[2, 2]
+        and obj.kind not in _LYING_KINDS
+        and obj.pose[2, 2] < end_state_criteria.upright_cos <= was[goal.object].pose[2, 2]
     ):
         return False, f"{reason}, but it was tipped over"
     return reached, reason
 
 
-def _related(
-    thing: ObjectState,
+def _check_relation(
+    obj: ObjectState,
     goal: Meaning,
     now: Mapping[str, ObjectState],
     table: Table,
@@ -136,19 +136,19 @@ def _related(
     relation_criteria: RelationCriteria = RELATION_CRITERIA,
 ) -> tuple[bool, str]:
     if goal.relation == "area":
-        return _in_area(thing, goal.area, table, relation_criteria=relation_criteria)
+        return _in_area(obj, goal.area, table, relation_criteria=relation_criteria)
     if goal.target is None:
         raise SceneError(f"a goal with the relation {goal.relation!r} needs a target")
     target = now[goal.target]
     if goal.relation == "in" and model(target.kind, target.colour).opening is not None:
-        return _inside(thing, target, end_state_criteria=end_state_criteria)
+        return _inside(obj, target, end_state_criteria=end_state_criteria)
     if goal.relation in ("in", "on"):
-        return _on_top(thing, target, end_state_criteria=end_state_criteria)
-    return _beside(thing, target, goal.relation, table, relation_criteria=relation_criteria)
+        return _on_top(obj, target, end_state_criteria=end_state_criteria)
+    return _beside(obj, target, goal.relation, table, relation_criteria=relation_criteria)
 
 
 def _inside(
-    thing: ObjectState,
+    obj: ObjectState,
     target: ObjectState,
     over_rim_m: float = -0.003,
     *,
@@ -157,74 +157,72 @@ def _inside(
     """Within the opening, and its underside no more than over_rim_m above the rim: not lying across it."""
     opening = model(target.kind, target.colour).opening
     if opening is None:
-        return _on_top(thing, target, end_state_criteria=end_state_criteria)
+        return _on_top(obj, target, end_state_criteria=end_state_criteria)
     if target.pose[2, 2] < end_state_criteria.upright_cos:
         return False, f"{target.id} was tipped over"
-    place = target.pose[:3, :3].T @ (thing.position - target.position)
+    place = target.pose[:3, :3].T @ (obj.position - target.position)
     away = float(np.hypot(place[0] - opening.centre[0], place[1] - opening.centre[1]))
     # what leans in a bowl reaches down by its thinnest side; what stands on a plate by half its height
-    half = max(
-        float(np.min(thing.size)) / 2.0, float(thing.position[2]) - _heights(thing)[0] if over_rim_m > 0.0 else 0.0
-    )
+    half = max(float(np.min(obj.size)) / 2.0, float(obj.position[2]) - _heights(obj)[0] if over_rim_m > 0.0 else 0.0)
     above = float(place[2]) - half - opening.rim_z
     if away > opening.radius or above > over_rim_m:
-        return False, f"{thing.id} is not in {target.id}: {away:.2f} m from its middle"
-    return True, f"{thing.id} is in {target.id}"
+        return False, f"{obj.id} is not in {target.id}: {away:.2f} m from its middle"
+    return True, f"{obj.id} is in {target.id}"
 
 
 def _on_top(
-    thing: ObjectState, target: ObjectState, *, end_state_criteria: EndStateCriteria = END_STATE
+    obj: ObjectState, target: ObjectState, *, end_state_criteria: EndStateCriteria = END_STATE
 ) -> tuple[bool, str]:
     shape = model(target.kind, target.colour)
     if shape.opening is not None:
         held, reason = _inside(
-            thing, target, over_rim_m=end_state_criteria.over_rim_m, end_state_criteria=end_state_criteria
+            obj, target, over_rim_m=end_state_criteria.over_rim_m, end_state_criteria=end_state_criteria
         )
         return held, reason.replace(" in ", " on ")
-    rests_at, top = _heights(thing)[0], _heights(target)[1]
-    over = bool(_outline(target).buffer(0.01).contains(shapely.Point(*thing.position[:2])))
+    rests_at, top = _heights(obj)[0], _heights(target)[1]
+    over = bool(_outline(target).buffer(0.01).contains(shapely.Point(*obj.position[:2])))
     if not over or abs(rests_at - top) > end_state_criteria.over_rim_m:
-        return False, f"{thing.id} is not on {target.id}"
-    return True, f"{thing.id} is on {target.id}"
+        return False, f"{obj.id} is not on {target.id}"
+    return True, f"{obj.id} is on {target.id}"
 
 
 def _beside(
-    thing: ObjectState,
+    obj: ObjectState,
     target: ObjectState,
     relation: str,
     table: Table,
     *,
     relation_criteria: RelationCriteria = RELATION_CRITERIA,
 ) -> tuple[bool, str]:
-    if not _stands_on(thing, table):
-        return False, f"{thing.id} does not lie on the table"
+    if not _stands_on(obj, table):
+        return False, f"{obj.id} does not lie on the table"
     words = relation.replace("_", " ").replace("in front", "in front")
-    gap = float(_outline(thing).distance(_outline(target)))
+    gap = float(_outline(obj).distance(_outline(target)))
     if relation == "next_to":
-        return gap <= relation_criteria.near_m, f"{thing.id} is {gap:.2f} m from {target.id}"
-    offset = thing.position[:2] - target.position[:2]
+        return gap <= relation_criteria.near_m, f"{obj.id} is {gap:.2f} m from {target.id}"
+    offset = obj.position[:2] - target.position[:2]
     length = float(np.linalg.norm(offset))
     if length < NEGLIGIBLE or float(offset @ DIRECTIONS[relation]) / length < relation_criteria.cone_cos:
-        return False, f"{thing.id} is not {words} {target.id}"
+        return False, f"{obj.id} is not {words} {target.id}"
     if gap > relation_criteria.beside_m:
-        return False, f"{thing.id} is {gap:.2f} m from {target.id}, too far to be called {words} it"
-    return True, f"{thing.id} is {words} {target.id}, {gap:.2f} m away"
+        return False, f"{obj.id} is {gap:.2f} m from {target.id}, too far to be called {words} it"
+    return True, f"{obj.id} is {words} {target.id}, {gap:.2f} m away"
 
 
 def _in_area(
-    thing: ObjectState, area: Point2 | None, table: Table, *, relation_criteria: RelationCriteria = RELATION_CRITERIA
+    obj: ObjectState, area: Point2 | None, table: Table, *, relation_criteria: RelationCriteria = RELATION_CRITERIA
 ) -> tuple[bool, str]:
     if area is None:
         raise SceneError("a goal with the relation 'area' needs an area")
-    away = float(np.hypot(*(thing.position[:2] - area)))
-    if not _stands_on(thing, table):
-        return False, f"{thing.id} does not lie on the table"
-    return away <= relation_criteria.area_radius_m, f"{thing.id} is {away:.2f} m from the place meant"
+    away = float(np.hypot(*(obj.position[:2] - area)))
+    if not _stands_on(obj, table):
+        return False, f"{obj.id} does not lie on the table"
+    return away <= relation_criteria.area_radius_m, f"{obj.id} is {away:.2f} m from the place meant"
 
 
-def _stands_on(thing: ObjectState, table: Table, options: EndStateCriteria = END_STATE) -> bool:
-    gap = abs(_heights(thing)[0] - table.height)
-    return table.contains(*map(float, thing.position[:2])) and gap < options.lying_m
+def _stands_on(obj: ObjectState, table: Table, options: EndStateCriteria = END_STATE) -> bool:
+    gap = abs(_heights(obj)[0] - table.height)
+    return table.contains(*map(float, obj.position[:2])) and gap < options.lying_m
 
 
 def _heights(state: ObjectState) -> tuple[float, float]:

@@ -43,19 +43,19 @@ def meaning_of(scene: Scene) -> Meaning | None:
         return scene.meaning
     words = scene.say.lower().split()
     phrases = find_phrases(words)
-    thing = None if phrases.object is None else _the_one(scene, words[slice(*phrases.object)], scene.point_object)
-    if phrases.object is None or not isinstance(thing, str):
+    obj = None if phrases.object is None else _the_one(scene, words[slice(*phrases.object)], scene.point_object)
+    if phrases.object is None or not isinstance(obj, str):
         return None
     if phrases.target is None:
-        return Meaning(thing, "none")
+        return Meaning(obj, "none")
     target = _the_one(scene, words[slice(*phrases.target)], scene.point_target)
     if isinstance(target, tuple):
-        return Meaning(thing, "area", None, target)
-    if target is None or target == thing:
+        return Meaning(obj, "area", None, target)
+    if target is None or target == obj:
         return None
     opening = model(scene.object(target).kind, scene.object(target).colour).opening
     natural = "in" if opening is not None else "next_to"
-    return Meaning(thing, _relation(words[phrases.object[1] : phrases.target[0]]) or natural, target)
+    return Meaning(obj, _relation(words[phrases.object[1] : phrases.target[0]]) or natural, target)
 
 
 def named_objects(scene: Scene, phrase: Sequence[str]) -> tuple[str, ...]:
@@ -68,9 +68,9 @@ def named_objects(scene: Scene, phrase: Sequence[str]) -> tuple[str, ...]:
     # "orange" is a colour and a fruit; as the last word it is the fruit.
     if tokens and tokens[-1] == "orange":
         text, colours = " orange ", colours[:-1]
-    kinds = {thing.kind for thing in scene.objects if f" {thing.kind} " in text}
+    kinds = {obj.kind for obj in scene.objects if f" {obj.kind} " in text}
     if not kinds:
-        kinds = {thing.kind for thing in scene.objects if f" {thing.kind.split()[-1]} " in text}
+        kinds = {obj.kind for obj in scene.objects if f" {obj.kind.split()[-1]} " in text}
     return tuple(t.id for t in scene.objects if t.kind in kinds and all(c == t.colour for c in colours))
 
 

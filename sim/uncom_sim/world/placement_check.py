@@ -18,13 +18,13 @@ def check_placement(objects: Sequence[SceneObject], table: Table, *, options: Pl
     Raises:
         SceneError: names the object, or both.
     """
-    for thing in objects:
-        if not table.contains(*ground_point(thing), margin=options.edge_m):
+    for obj in objects:
+        if not table.contains(*ground_point(obj), margin=options.edge_m):
             raise SceneError(
-                f"object {thing.id!r} at ({thing.x:g}, {thing.y:g}) is not on the table: x must be between "
+                f"object {obj.id!r} at ({obj.x:g}, {obj.y:g}) is not on the table: x must be between "
                 f"{table.x_min:g} and {table.x_max:g}, y between {table.y_min:g} and {table.y_max:g}"
             )
-    outlines = [outline(thing) for thing in objects]
+    outlines = [outline(obj) for obj in objects]
     for (a, shape_a), (b, shape_b) in combinations(zip(objects, outlines, strict=True), 2):
         if shape_a.intersection(shape_b).area > options.overlap_m2:
             raise SceneError(f"objects {a.id!r} and {b.id!r} overlap; move one of them")

@@ -113,7 +113,7 @@ def scene_from_dict(data: object, say: str | None = None, name: str = "scene") -
     text = scene.get("say", say)
     if not isinstance(text, str):
         raise SceneError('"say" must be the sentence that the person speaks')
-    ids = tuple(thing.id for thing in objects)
+    ids = tuple(obj.id for obj in objects)
     made = Scene(
         objects=objects,
         say=" ".join(text.split()),
@@ -133,8 +133,8 @@ def _objects(data: object) -> tuple[SceneObject, ...]:
         raise SceneError('"objects" must be a list of objects')
     objects: list[SceneObject] = []
     for i, entry in enumerate(data):
-        thing = _object(entry, i, {o.id for o in objects})
-        objects.append(thing)
+        obj = _object(entry, i, {o.id for o in objects})
+        objects.append(obj)
     return tuple(objects)
 
 

@@ -32,13 +32,15 @@ def vary_scene(scene: Scene, seed: int, *, options: SceneVariationOptions = SCEN
     rng = np.random.default_rng([seed, 3])
     viewpoint = robot_viewpoint()
     for _ in range(options.attempts):
-        changed = _shuffled(scene, rng, options=options)
-        if _fits(changed, viewpoint, options=options):
+        changed = _perturb_scene(scene, rng, options=options)
+        if _is_valid(changed, viewpoint, options=options):
             return changed
     raise SceneError(f"found no other arrangement of the scene {scene.name!r}; take things off the table or use seed 0")
 
 
-def _shuffled(scene: Scene, rng: np.random.Generator, *, options: SceneVariationOptions = SCENE_VARIATION) -> Scene:
+def _perturb_scene(
+    scene: Scene, rng: np.random.Generator, *, options: SceneVariationOptions = SCENE_VARIATION
+) -> Scene:
     middle = scene.table.y_min + scene.table.y_max
     mirrored = bool(rng.random() < options.mirrored_share)
 
@@ -46,12 +48,12 @@ def _shuffled(scene: Scene, rng: np.random.Generator, *, options: SceneVariation
         dx, dy = rng.uniform(-options.shift_m, options.shift_m, 2)
         return float(x + dx), float((middle - y if mirrored else y) + dy)
 
-    def move(thing: SceneObject) -> SceneObject:
-        x, y = place(thing.x, thing.y)
-        yaw = (-thing.yaw if mirrored else thing.yaw) + float(rng.uniform(-options.turn_rad, options.turn_rad))
-        return replace(thing, x=x, y=y, yaw=yaw)
+    def move(obj: SceneObject) -> SceneObject:
+        x, y = place(obj.x, obj.y)
+        yaw = (-obj.yaw if mirrored else obj.yaw) + float(rng.uniform(-options.turn_rad, options.turn_rad))
+        return replace(obj, x=x, y=y, yaw=yaw)
 
-    objects = tuple(move(thing) for thing in scene.objects)
+    objects = tuple(move(obj) for obj in scene.objects)
     spots = {p: place(*p) for p in (scene.point_object, scene.point_target) if isinstance(p, tuple)}
     meaning = scene.meaning
     if meaning is not None and meaning.area is not None:
@@ -60,34 +62,34 @@ def _shuffled(scene: Scene, rng: np.random.Generator, *, options: SceneVariation
     return replace(
         scene,
         objects=objects,
-        point_object=_moved(scene.point_object, spots),
-        point_target=_moved(scene.point_target, spots),
+        point_object=_moved_place(scene.point_object, spots),
+        point_target=_moved_place(scene.point_target, spots),
         meaning=meaning,
     )
 
 
-def _moved(pointed: str | Point2 | None, spots: dict[Point2, Point2]) -> str | Point2 | None:
+def _moved_place(pointed: str | Point2 | None, spots: dict[Point2, Point2]) -> str | Point2 | None:
     return spots[pointed] if isinstance(pointed, tuple) else pointed
 
 
-def _fits(scene: Scene, viewpoint: Viewpoint, *, options: SceneVariationOptions = SCENE_VARIATION) -> bool:
+def _is_valid(scene: Scene, viewpoint: Viewpoint, *, options: SceneVariationOptions = SCENE_VARIATION) -> bool:
     try:
         check_placement(scene.objects, scene.table)
     except SceneError:
         return False
-    outlines = {thing.id: outline(thing) for thing in scene.objects}
+    outlines = {obj.id: outline(obj) for obj in scene.objects}
     if any(a.distance(b) < options.gap_m for a, b in combinations(outlines.values(), 2)):
         return False
     table = shapely.box(scene.table.x_min, scene.table.y_min, scene.table.x_max, scene.table.y_max)
     if not all(table.contains(shape) for shape in outlines.values()):
         return False
-    if not all(_reachable(*place, options=options) for place in _matters(scene, options=options)):
+    if not all(_reachable(*place, options=options) for place in _places_to_reach(scene, options=options)):
         return False
-    if not all(is_visible(thing, scene, viewpoint) for thing in scene.objects):
+    if not all(is_visible(obj, scene, viewpoint) for obj in scene.objects):
         return False
     return all(
         shapely.Point(spot).distance(shape) > options.free_radius_m
-        for spot in _to_stay_free(scene, options=options)
+        for spot in _places_to_keep_free(scene, options=options)
         for name, shape in outlines.items()
         if scene.meaning is None or name not in (scene.meaning.object, scene.meaning.target)
     )
@@ -97,19 +99,19 @@ def _reachable(x: float, y: float, *, options: SceneVariationOptions = SCENE_VAR
     return options.reach_x_m[0] <= x <= options.reach_x_m[1] and abs(y) <= options.reach_y_m
 
 
-def _matters(scene: Scene, *, options: SceneVariationOptions = SCENE_VARIATION) -> Iterator[Point2]:
+def _places_to_reach(scene: Scene, *, options: SceneVariationOptions = SCENE_VARIATION) -> Iterator[Point2]:
     """Yield the places where the robot has to pick and put."""
     meaning = scene.meaning
     if meaning is None:
         return
     for name in (meaning.object, meaning.target):
         if name is not None:
-            thing = scene.object(name)
-            yield (thing.x, thing.y)
-    yield from _to_stay_free(scene, options=options)
+            obj = scene.object(name)
+            yield (obj.x, obj.y)
+    yield from _places_to_keep_free(scene, options=options)
 
 
-def _to_stay_free(scene: Scene, *, options: SceneVariationOptions = SCENE_VARIATION) -> Iterator[Point2]:
+def _places_to_keep_free(scene: Scene, *, options: SceneVariationOptions = SCENE_VARIATION) -> Iterator[Point2]:
     """Yield the places on the bare table where the object is to go."""
     meaning = scene.meaning
     if meaning is None:
@@ -124,14 +126,14 @@ def _to_stay_free(scene: Scene, *, options: SceneVariationOptions = SCENE_VARIAT
 def all_visible(scene: Scene) -> bool:
     """Whether the robot, looking at the table, has every thing wholly in its picture and not behind another."""
     viewpoint = robot_viewpoint()
-    return all(is_visible(thing, scene, viewpoint) for thing in scene.objects)
+    return all(is_visible(obj, scene, viewpoint) for obj in scene.objects)
 
 
-def is_visible(thing: SceneObject, scene: Scene, viewpoint: Viewpoint) -> bool:
+def is_visible(obj: SceneObject, scene: Scene, viewpoint: Viewpoint) -> bool:
     """Whether a thing is wholly in the picture and nothing nearer stands before its middle."""
-    shape = model(thing.kind, thing.colour)
+    shape = model(obj.kind, obj.colour)
     height = float(shape.size[2])
-    ring = np.asarray(outline(thing).exterior.coords)
+    ring = np.asarray(outline(obj).exterior.coords)
     corners = np.concatenate(
         [np.column_stack([ring, np.full(len(ring), scene.table.height + z)]) for z in (0.0, height)]
     )
@@ -143,9 +145,9 @@ def is_visible(thing: SceneObject, scene: Scene, viewpoint: Viewpoint) -> bool:
     if not inside:
         return False
     eye = viewpoint.pose[:3, 3]
-    middle = np.array([thing.x, thing.y, scene.table.height + height / 2.0])
+    middle = np.array([obj.x, obj.y, scene.table.height + height / 2.0])
     for other in scene.objects:
-        if other.id == thing.id:
+        if other.id == obj.id:
             continue
         top = scene.table.height + float(model(other.kind, other.colour).size[2])
         share = (top - middle[2]) / (eye[2] - middle[2])

@@ -124,9 +124,9 @@ class Simulator:
         world = self.world
         painted_bodies = {*world.object_bodies.values(), world.hand_body}
         surfaces = painted(world.hand_body, world.person.hand.parts)
-        for thing in world.scene.objects:
-            shape = model(thing.kind, thing.colour)
-            surfaces += painted(world.object_bodies[thing.id], shape.parts, -shape.centre_of_mass)
+        for obj in world.scene.objects:
+            shape = model(obj.kind, obj.colour)
+            surfaces += painted(world.object_bodies[obj.id], shape.parts, -shape.centre_of_mass)
         for index in range(pybullet.getNumBodies(physicsClientId=self.client)):
             body = pybullet.getBodyUniqueId(index, physicsClientId=self.client)
             if body not in painted_bodies:
@@ -196,18 +196,18 @@ class Simulator:
         What moves during the exposure is blurred: the colours are the mean of so many moments of it. Depth is that of
         its middle. Whoever films does not step: what stands static is drawn only once.
         """
-        rgb, depth = self._filmed(person_s)
+        rgb, depth = self._render_moment(person_s)
         if moments > 1:
             others = [x for x in np.linspace(-0.5, 0.5, moments) if abs(x) > NEGLIGIBLE]  # the middle is there already
             total = rgb.astype(np.uint16)
             for offset in others:
-                total += self._filmed(person_s + float(offset) * exposure_s)[0]
+                total += self._render_moment(person_s + float(offset) * exposure_s)[0]
             rgb = np.asarray(np.round(total / (len(others) + 1)), dtype=np.uint8)
         step = round(person_s / TIME_STEP_S)
         return self._camera.expose(rgb, step), self._camera.measure(depth, step)
 
-    def _filmed(self, person_s: float) -> tuple[Image, DepthImage]:
-        pose, light = self.robot.frame(CAMERA_FRAME), self._lit()
+    def _render_moment(self, person_s: float) -> tuple[Image, DepthImage]:
+        pose, light = self.robot.frame(CAMERA_FRAME), self._scaled_light()
         if self._static is None:
             self.world.update_person(None)
             self._render_scene.update(light.direction)
@@ -231,11 +231,11 @@ class Simulator:
         return self._draw(camera, pose, faces)
 
     def _draw(self, camera: PinholeCamera, pose: FloatArray, faces: IntArray) -> tuple[Image, DepthImage]:
-        light = self._lit()
+        light = self._scaled_light()
         self._render_scene.update(light.direction)
         return self._rasteriser.render(camera, pose, light, faces, shadows=self.options.shadows)
 
-    def _lit(self) -> Light:
+    def _scaled_light(self) -> Light:
         """Return the room's light at the brightness that was asked for."""
         level, light = self.options.light, self.world.light
         return replace(light, ambient=level * light.ambient, diffuse=level * light.diffuse)

@@ -40,8 +40,7 @@ class World:
         pybullet.setGravity(0.0, 0.0, options.gravity_m_s2, physicsClientId=client)
         self._room = build_room(client, scene.table, room_rng)
         self._bodies = {
-            thing.id: spawn(client, model(thing.kind, thing.colour), self._standing(thing.id), thing.yaw)
-            for thing in scene.objects
+            obj.id: spawn(client, model(obj.kind, obj.colour), self._standing(obj.id), obj.yaw) for obj in scene.objects
         }
         self.person: PersonBehaviour = self._rehearse(person_rng)
         self._hand = _show_hand(client, self.person.hand, options=options)
@@ -81,10 +80,10 @@ class World:
     def object_states(self) -> tuple[ObjectState, ...]:
         """Return where everything is now."""
         states = []
-        for thing in self.scene.objects:
-            shape = model(thing.kind, thing.colour)
-            pose = body_pose(self._client, self._bodies[thing.id], shape.centre_of_mass)
-            states.append(ObjectState(thing.id, thing.kind, thing.colour, pose, shape.size))
+        for obj in self.scene.objects:
+            shape = model(obj.kind, obj.colour)
+            pose = body_pose(self._client, self._bodies[obj.id], shape.centre_of_mass)
+            states.append(ObjectState(obj.id, obj.kind, obj.colour, pose, shape.size))
         return tuple(states)
 
     def update_person(self, t_s: float | None) -> None:
@@ -98,16 +97,16 @@ class World:
 
     def _standing(self, object_id: str) -> FloatArray:
         """Place (3,) of a thing's body frame when it stands on the table."""
-        thing = self.scene.object(object_id)
-        below = model(thing.kind, thing.colour).bounds[0, 2]
-        return np.array([thing.x, thing.y, self.scene.table.height - below + self._options.drop_m])
+        obj = self.scene.object(object_id)
+        below = model(obj.kind, obj.colour).bounds[0, 2]
+        return np.array([obj.x, obj.y, self.scene.table.height - below + self._options.drop_m])
 
     def _rehearse(self, rng: np.random.Generator) -> PersonBehaviour:
         pointed = {"object": self.scene.point_object, "target": self.scene.point_target}
         targets = {role: self._place(what) for role, what in pointed.items() if what is not None}
         obstacles = [
-            Obstacle(self._standing(thing.id), _upright_half_size(model(thing.kind, thing.colour).size, thing.yaw))
-            for thing in self.scene.objects
+            Obstacle(self._standing(obj.id), _upright_half_size(model(obj.kind, obj.colour).size, obj.yaw))
+            for obj in self.scene.objects
         ]
         return plan_behaviour(self.scene.say, targets, obstacles, self.scene.table, self.scene.person, rng)
 

@@ -55,7 +55,7 @@ def run_ablations(
     verdicts["gesture_only"] = verdict(None if evidence is None else _without_words(evidence))
     fits = False
     if swapped:
-        other = _grounded(chain, recording, retimed(swapped, recording), hands, first)
+        other = _grounded(chain, recording, retime_sentence(swapped, recording), hands, first)
         verdicts["swapped_words"] = judge(plan, states, other.decision.grounded if other else None)
         fits = true is not None and other is not None and same_request(true.command, other.command)
     return AblationResults(verdicts, true.command if true else None, fits)
@@ -71,7 +71,7 @@ def true_transcript(recording: TakeRecording) -> Transcript:
     return Transcript("true", words)
 
 
-def retimed(sentence: str, recording: TakeRecording) -> Transcript:
+def retime_sentence(sentence: str, recording: TakeRecording) -> Transcript:
     """Return another sentence as if it had been said in this take, its words spread over the time of the true ones."""
     words = recording.truth.words
     texts = sentence.lower().split()
@@ -112,11 +112,11 @@ def _without_words(evidence: Evidence) -> Evidence:
     """Let every named thing be "this thing"; what is to be done, and where, stays."""
     command = evidence.command
     return replace(
-        evidence, command=replace(command, object=_bare(command.object), target=_bare(command.target))
+        evidence, command=replace(command, object=_as_deictic(command.object), target=_as_deictic(command.target))
     )  # fmt: skip
 
 
-def _bare(reference: Reference | None) -> Reference | None:
+def _as_deictic(reference: Reference | None) -> Reference | None:
     if reference is None or is_place_word(reference):
         return reference
     plain = Reference("this thing", "thing", reference.span, concrete=False, deictic="this", order=reference.order)

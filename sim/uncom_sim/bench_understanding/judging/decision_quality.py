@@ -14,7 +14,7 @@ from uncom_reasoner.posterior.posterior import NONE
 from uncom_reasoner.types import Candidate, Decision, Evidence, GroundedCommand, Status
 
 from uncom_sim.bench_understanding.judging.outcome import Outcome
-from uncom_sim.bench_understanding.judging.verdict import judge, which
+from uncom_sim.bench_understanding.judging.verdict import judge, matched_object_id
 from uncom_sim.bench_understanding.takes.types import TakePlan
 from uncom_sim.types import ObjectState
 
@@ -26,24 +26,27 @@ def assess_decision(
     turn = talk.decide(evidence, 0.0)
     decision = turn.decisions[0]
     grounded = decision.grounded
-    after = _answered(talk, turn, plan, states, evidence) if turn.question is not None else decision
+    after = _decide_after_answer(talk, turn, plan, states, evidence) if turn.question is not None else decision
     return {
         "status": Status(grounded.status).name.lower(),
         "asked": turn.question.text if turn.question is not None else "",
         "right": judge(plan, states, grounded).right,
         "right_after_one_answer": judge(plan, states, after.grounded).right,
-        "probability": _sure(grounded),
-        "tables": [*_tables(decision, plan, states, evidence), *_absent(talk, plan, states, evidence)],
+        "probability": _confidence(grounded),
+        "tables": [
+            *_factor_tables(decision, plan, states, evidence),
+            *_tables_without_object(talk, plan, states, evidence),
+        ],
     }
 
 
-def _sure(grounded: GroundedCommand) -> float:
+def _confidence(grounded: GroundedCommand) -> float:
     place = grounded.target.detection is None and grounded.target.pose is not None
     target = grounded.target_probability if grounded.target.detection is not None or not place else 1.0
     return float(grounded.object_probability * (target or 1.0)) if grounded.status is Status.GROUNDED else 0.0
 
 
-def _answered(
+def _decide_after_answer(
     talk: Conversation, turn: Turn, plan: TakePlan, states: Sequence[ObjectState], evidence: Evidence
 ) -> Decision:
     """Answer as the person who knows what was meant: a choice if it is offered, else no."""
@@ -51,21 +54,21 @@ def _answered(
     if question is None:
         return turn.decisions[0]
     meant = plan.meaning.object if question.part == "object" else plan.meaning.target
-    offered = [name for name in question.candidate_ids if _is(name, meant, states, evidence)]
+    offered = [name for name in question.candidate_ids if _is_object(name, meant, states, evidence)]
     ending = talk.dialogue.pointed(offered[0]) if offered else None
     following = talk.conclude(ending, 1.0) if ending is not None else None
     return following.decisions[0] if isinstance(following, Turn) else turn.decisions[0]
 
 
-def _is(thing_id: str, meant: str | None, states: Sequence[ObjectState], evidence: Evidence) -> bool:
-    return any(d.id == thing_id and which(d, states) == meant for d in evidence.scene.detections)
+def _is_object(thing_id: str, meant: str | None, states: Sequence[ObjectState], evidence: Evidence) -> bool:
+    return any(d.id == thing_id and matched_object_id(d, states) == meant for d in evidence.scene.detections)
 
 
-def _truth(meant: str | None, states: Sequence[ObjectState], evidence: Evidence) -> str:
-    return next((d.id for d in evidence.scene.detections if which(d, states) == meant), NONE)
+def _true_detection_id(meant: str | None, states: Sequence[ObjectState], evidence: Evidence) -> str:
+    return next((d.id for d in evidence.scene.detections if matched_object_id(d, states) == meant), NONE)
 
 
-def _tables(
+def _factor_tables(
     decision: Decision, plan: TakePlan, states: Sequence[ObjectState], evidence: Evidence
 ) -> list[dict[str, Any]]:
     parts: list[tuple[str, Sequence[Candidate], str | None]] = [
@@ -76,20 +79,20 @@ def _tables(
         if not any(c.id.startswith("cell") for c in of_target):
             parts.append(("target", of_target, plan.meaning.target))
     return [
-        build_table(name, candidates, _truth(meant, states, evidence)).as_dict()
+        build_table(name, candidates, _true_detection_id(meant, states, evidence)).as_dict()
         for name, candidates, meant in parts
         if candidates
     ]
 
 
-def _absent(
+def _tables_without_object(
     talk: Conversation, plan: TakePlan, states: Sequence[ObjectState], evidence: Evidence
 ) -> list[dict[str, Any]]:
     """Weigh the object once more with it taken away: a named thing that is not there, and no other of its kind."""
     meant = plan.scene.object(plan.meaning.object)
-    alike = [thing for thing in plan.scene.objects if thing.kind == meant.kind]
+    alike = [obj for obj in plan.scene.objects if obj.kind == meant.kind]
     reference = evidence.command.object
-    true_id = _truth(meant.id, states, evidence)
+    true_id = _true_detection_id(meant.id, states, evidence)
     if reference is None or is_bare(reference) or len(alike) > 1 or true_id == NONE:
         return []
     gone = replace(evidence, scene=scene_without(evidence.scene, true_id))

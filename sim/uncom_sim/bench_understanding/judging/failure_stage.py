@@ -12,7 +12,7 @@ from uncom_reasoner.detector_phrases import GENERIC_NOUNS, detector_phrase, is_b
 from uncom_reasoner.types import Evidence, RayObservation
 
 from uncom_sim.bench_understanding.judging.options import FAILURE_STAGES, FailureStageOptions
-from uncom_sim.bench_understanding.judging.verdict import Verdict, which
+from uncom_sim.bench_understanding.judging.verdict import Verdict, matched_object_id
 from uncom_sim.bench_understanding.takes.recording import TakeRecording, TruePointing
 from uncom_sim.bench_understanding.takes.types import TakePlan
 from uncom_sim.world.intended_meaning import named_objects
@@ -37,7 +37,7 @@ def first_wrong_stage(
     """
     if true_command is None or (fault := _parse_fault(plan, true_command)):
         return "parsed", fault if true_command is not None else "no command was found in the true words"
-    if command is None or _sense(command) != _sense(true_command):
+    if command is None or _command_meaning(command) != _command_meaning(true_command):
         return "heard", "other words were heard than said"
     if evidence is None:
         return "detection", "nothing was looked at"
@@ -53,7 +53,7 @@ def _parse_fault(plan: TakePlan, command: Command) -> str:
     meaning = plan.meaning
     if command.primitive not in plan.actions:
         return f"the action was taken for {command.primitive.value}"
-    if command.object is None or not _may_mean(command.object, plan, meaning.object):
+    if command.object is None or not _may_refer_to(command.object, plan, meaning.object):
         return "the object's words were taken for others"
     relation = command.relation.value
     allowed = {
@@ -67,10 +67,10 @@ def _parse_fault(plan: TakePlan, command: Command) -> str:
         return "no target was found in the words"
     if meaning.target is None:
         return "" if is_place_word(command.target) else "the place was taken for a thing"
-    return "" if _may_mean(command.target, plan, meaning.target) else "the target's words were taken for others"
+    return "" if _may_refer_to(command.target, plan, meaning.target) else "the target's words were taken for others"
 
 
-def _may_mean(reference: Reference, plan: TakePlan, name: str) -> bool:
+def _may_refer_to(reference: Reference, plan: TakePlan, name: str) -> bool:
     """Whether words can name a thing: by its kind, its family, or as "this thing"."""
     if is_bare(reference) or reference.head in GENERIC_NOUNS:
         return True
@@ -84,21 +84,21 @@ def same_request(a: Command | None, b: Command | None) -> bool:
     """Whether two commands ask for the same; whether they say "this" or "the" does not matter."""
     if a is None or b is None:
         return a is b
-    return (a.primitive, a.relation, _noun(a.object), _noun(a.target)) == (
-        b.primitive, b.relation, _noun(b.object), _noun(b.target),
+    return (a.primitive, a.relation, _noun_phrase(a.object), _noun_phrase(a.target)) == (
+        b.primitive, b.relation, _noun_phrase(b.object), _noun_phrase(b.target),
     )  # fmt: skip
 
 
-def _sense(command: Command) -> tuple[object, ...]:
+def _command_meaning(command: Command) -> tuple[object, ...]:
     """Return what matters of a command, without times and texts."""
-    return (command.primitive, command.relation, _words(command.object), _words(command.target))
+    return (command.primitive, command.relation, _reference_meaning(command.object), _reference_meaning(command.target))
 
 
-def _words(reference: Reference | None) -> tuple[object, ...]:
-    return () if reference is None else (*_noun(reference), bool(reference.deictic), reference.other)
+def _reference_meaning(reference: Reference | None) -> tuple[object, ...]:
+    return () if reference is None else (*_noun_phrase(reference), bool(reference.deictic), reference.other)
 
 
-def _noun(reference: Reference | None) -> tuple[object, ...]:
+def _noun_phrase(reference: Reference | None) -> tuple[object, ...]:
     if reference is None:
         return ()
     if is_place_word(reference):
@@ -140,7 +140,7 @@ def _detection_fault(plan: TakePlan, recording: TakeRecording, evidence: Evidenc
     states, command, scene = recording.truth.states, evidence.command, evidence.scene
     if scene.table is None:
         return "the table was not found"
-    found = [which(d, states) for d in scene.detections]
+    found = [matched_object_id(d, states) for d in scene.detections]
     for role, reference in (("object", command.object), ("target", command.target)):
         name = getattr(plan.meaning, role)
         if name is None or reference is None:

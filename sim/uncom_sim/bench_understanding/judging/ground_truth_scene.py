@@ -13,7 +13,7 @@ from uncom_common.transforms import apply, invert
 from uncom_perception.types import Attribute, Box, Detection, Geometry, Mask, Scene, TableSurface
 
 from uncom_sim.bench_understanding.judging.options import GROUND_TRUTH, GroundTruthOptions
-from uncom_sim.bench_understanding.judging.verdict import as_object
+from uncom_sim.bench_understanding.judging.verdict import scene_object_of
 from uncom_sim.objects.catalogue import model
 from uncom_sim.types import ObjectState, Table
 from uncom_sim.types import Scene as SimScene
@@ -22,9 +22,11 @@ from uncom_sim.world.intended_meaning import named_objects
 FloatArray = npt.NDArray[np.float64]
 
 _FRUIT = frozenset(("banana", "apple", "lemon", "orange", "pear"))
-_EVERYTHING = frozenset(("object", "objects", "thing", "things", "item", "items", "one", "ones", "this", "that", "it"))
+_GENERIC_NOUNS = frozenset(
+    ("object", "objects", "thing", "things", "item", "items", "one", "ones", "this", "that", "it")
+)
 _CONTAINERS = frozenset(("container", "containers", "vessel", "vessels"))
-_ALSO = {"pan": "frying pan", "cereal": "cereal box", "fruits": "fruit"}
+_SYNONYMS = {"pan": "frying pan", "cereal": "cereal box", "fruits": "fruit"}
 
 
 def true_scene(
@@ -38,7 +40,7 @@ def true_scene(
     options: GroundTruthOptions = GROUND_TRUTH,
 ) -> Scene:
     """Return the scene as it is, in base_footprint; camera_in_base (4, 4) is the optical frame's pose there."""
-    fits = [_fitting(phrase, states, table) for phrase in phrases]
+    fits = [_matching_ids(phrase, states, table) for phrase in phrases]
     detections = []
     for number, state in enumerate(states):
         shape = model(state.kind, state.colour)
@@ -60,18 +62,18 @@ def true_scene(
     return Scene(stamp_s, "base_footprint", tuple(detections), _surface(table, camera, camera_in_base), none, "truth")
 
 
-def _fitting(phrase: str, states: Sequence[ObjectState], table: Table) -> frozenset[str]:
+def _matching_ids(phrase: str, states: Sequence[ObjectState], table: Table) -> frozenset[str]:
     """Return the ids of the things that a noun phrase fits."""
-    tokens = [_ALSO.get(token, token) for token in phrase.lower().split()]
+    tokens = [_SYNONYMS.get(token, token) for token in phrase.lower().split()]
     if not tokens:
         return frozenset()
-    scene = SimScene(objects=tuple(as_object(s) for s in states), say="", table=table)
+    scene = SimScene(objects=tuple(scene_object_of(s) for s in states), say="", table=table)
     found: set[str] = set(named_objects(scene, " ".join(tokens).split()))
     if not found:
         last, colours = tokens[-1], [t for t in tokens[:-1] if any(s.colour == t for s in states)]
         for state in states:
             container = model(state.kind, state.colour).opening is not None
-            named = last in _EVERYTHING or (last in _CONTAINERS and container)
+            named = last in _GENERIC_NOUNS or (last in _CONTAINERS and container)
             if (named or (last == "fruit" and state.kind in _FRUIT)) and all(c == state.colour for c in colours):
                 found.add(state.id)
     return frozenset(found)

@@ -63,19 +63,23 @@ def decide_as_published(
     command = evidence.command
     if command.object is None:
         return failed_command(command, "no object was named")
-    thing = _choose(
+    obj = _choose_object(
         command.object,
-        finger(hands, command.object.span.end_s, options=options),
+        pointing_line(hands, command.object.span.end_s, options=options),
         evidence,
         frozenset(),
         options=options,
     )
-    if thing is None:
+    if obj is None:
         return failed_command(command, "the object was not found")
     target = GroundedTarget()
     if command.target is not None:
-        found = _target(
-            command.target, finger(hands, command.target.span.end_s, options=options), evidence, thing, options=options
+        found = _choose_target(
+            command.target,
+            pointing_line(hands, command.target.span.end_s, options=options),
+            evidence,
+            obj,
+            options=options,
         )
         if found is None:
             return failed_command(command, "the target was not found")
@@ -88,13 +92,13 @@ def decide_as_published(
         status=Status.GROUNDED,
         primitive=command.primitive,
         relation=command.relation.value,
-        object=thing,
+        object=obj,
         target=target,
         table=evidence.scene.table,
     )
 
 
-def finger(hands: Sequence[HandsFrame], end_s: float, *, options: PaperRuleOptions = PAPER_RULES) -> Line | None:
+def pointing_line(hands: Sequence[HandsFrame], end_s: float, *, options: PaperRuleOptions = PAPER_RULES) -> Line | None:
     """Return the finger in the frame at a time, or in the nearest frame of another time up to 0.03 s away."""
     offsets = [0.0] + [sign * options.retry_s * k / 3 for k in range(1, 4) for sign in (-1.0, 1.0)]
     for offset in offsets:
@@ -107,7 +111,7 @@ def finger(hands: Sequence[HandsFrame], end_s: float, *, options: PaperRuleOptio
     return None
 
 
-def _choose(
+def _choose_object(
     reference: Reference,
     line: Line | None,
     evidence: Evidence,
@@ -123,30 +127,30 @@ def _choose(
     if wanted not in evidence.phrases:
         return None
     number = evidence.phrases.index(wanted)
-    things = [d for d in evidence.scene.detections if d.id not in without]
-    hits = [d for d in things if wanted == OBJECTS or d.phrase_scores[number] >= options.least_score]
+    objects = [d for d in evidence.scene.detections if d.id not in without]
+    hits = [d for d in objects if wanted == OBJECTS or d.phrase_scores[number] >= options.least_score]
     if len(hits) <= 1 or line is None:
         return max(hits, key=lambda d: d.phrase_scores[number], default=None)
     away = line.distance(np.array([d.box.center for d in hits]))
     return hits[int(np.argmin(away))]
 
 
-def _target(
+def _choose_target(
     reference: Reference,
     line: Line | None,
     evidence: Evidence,
-    thing: Detection,
+    obj: Detection,
     *,
     options: PaperRuleOptions = PAPER_RULES,
 ) -> GroundedTarget | None:
-    taken = frozenset((thing.id,))
+    taken = frozenset((obj.id,))
     if evidence.command.relation in _AREAS:
-        anchor = _choose(reference, line, evidence, taken, options=options)
+        anchor = _choose_object(reference, line, evidence, taken, options=options)
         return None if anchor is None else _area(evidence, _beside_cells(evidence, anchor, options=options))
     if not (is_bare(reference) or is_place_word(reference)):
-        found = _choose(reference, line, evidence, taken, options=options)
+        found = _choose_object(reference, line, evidence, taken, options=options)
         return None if found is None else GroundedTarget(TargetKind.OBJECT, found)
-    container = _choose(reference, line, evidence, taken, CONTAINER, options=options)
+    container = _choose_object(reference, line, evidence, taken, CONTAINER, options=options)
     if container is not None:
         return GroundedTarget(TargetKind.OBJECT, container)
     if line is None:

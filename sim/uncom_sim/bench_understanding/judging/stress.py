@@ -39,7 +39,7 @@ CURVES = (
     Curve("word error rate", "share of words misheard", (0.0, 0.05, 0.1, 0.2, 0.4), filmed=False),
 )
 # How words are misheard; the paper's own failure first. Others are lost.
-CONFUSED = {
+CONFUSIONS = {
     "bowl": "ball", "mug": "mud", "cup": "cap", "plate": "late", "pan": "pen", "lemon": "melon", "can": "ten",
     "box": "fox", "apple": "ample", "orange": "arrange", "banana": "bandana", "pear": "bear", "bottle": "battle",
     "this": "these", "that": "at", "here": "hear", "there": "their", "put": "but", "take": "tape", "in": "and",
@@ -70,7 +70,7 @@ def perturbed_evaluation(
         rng = np.random.default_rng([plan.world_seed, 77])
         transcript, seen = words, hands
         if curve == "landmark noise":
-            seen = tuple(_shaken(frame, np.radians(level), rng) for frame in hands)
+            seen = tuple(_with_ray_noise(frame, np.radians(level), rng) for frame in hands)
         elif curve == "word-time error":
             transcript = _shifted(words, level * float(rng.choice((-1.0, 1.0))))
         else:
@@ -100,21 +100,21 @@ def _misheard(transcript: Transcript, share: float, rng: np.random.Generator) ->
     for word, drawn in zip(transcript.words, luck, strict=True):
         if drawn >= share:
             words.append(word)
-        elif word.text in CONFUSED:
-            words.append(replace(word, text=CONFUSED[word.text]))
+        elif word.text in CONFUSIONS:
+            words.append(replace(word, text=CONFUSIONS[word.text]))
     return replace(transcript, words=tuple(words))
 
 
-def _shaken(frame: HandsFrame, sigma_rad: float, rng: np.random.Generator) -> HandsFrame:
+def _with_ray_noise(frame: HandsFrame, sigma_rad: float, rng: np.random.Generator) -> HandsFrame:
     """Turn every ray of a frame by angles of its own; the same luck at every level."""
     hands = []
     for hand in frame.hands:
         angle, axis = rng.normal() * sigma_rad, rng.normal(size=3)
-        hands.append(hand if hand.ray is None else replace(hand, ray=_turned(hand.ray, float(angle), axis)))
+        hands.append(hand if hand.ray is None else replace(hand, ray=_rotated_ray(hand.ray, float(angle), axis)))
     return replace(frame, hands=tuple[Hand, ...](hands))
 
 
-def _turned(ray: PointingRay, angle: float, axis: FloatArray) -> PointingRay:
+def _rotated_ray(ray: PointingRay, angle: float, axis: FloatArray) -> PointingRay:
     c, s = np.cos(angle), np.sin(angle)
     u, v = ray.direction
     flat = (float(c * u - s * v), float(s * u + c * v))

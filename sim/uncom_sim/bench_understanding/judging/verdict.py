@@ -60,24 +60,24 @@ def judge(
         return NOTHING
     meaning = plan.meaning
     done = grounded.status is Status.GROUNDED
-    thing = which(grounded.object, states, options=options) if done else None
-    target = which(grounded.target.detection, states, options=options) if done else None
+    obj = matched_object_id(grounded.object, states, options=options) if done else None
+    target = matched_object_id(grounded.target.detection, states, options=options) if done else None
     area = done and grounded.target.kind is TargetKind.AREA and grounded.target.pose is not None
     pose = grounded.target.pose
     place = (float(pose[0, 3]), float(pose[1, 3])) if area and pose is not None else None
-    object_right = thing == meaning.object
+    object_right = obj == meaning.object
     action_right = done and grounded.primitive in plan.actions
     target_right, why = False, grounded.reason
     if done:
-        target_right, why = _target(plan, states, grounded, target, place, options=options)
+        target_right, why = _judge_target(plan, states, grounded, target, place, options=options)
         if not object_right:
-            why = f"took {thing or 'nothing that is there'}"
+            why = f"took {obj or 'nothing that is there'}"
         elif not action_right:
             why = f"would {grounded.primitive.value} it"
     return Verdict(
         grounded.status.name.lower(),
         grounded.reason,
-        thing,
+        obj,
         target if place is None else None,
         place,
         grounded.primitive.value,
@@ -89,7 +89,7 @@ def judge(
     )
 
 
-def which(
+def matched_object_id(
     detection: Detection | None, states: Sequence[ObjectState], *, options: VerdictOptions = VERDICTS
 ) -> str | None:
     """Return the id of the true thing that a detection is, or None."""
@@ -99,7 +99,7 @@ def which(
     return nearest_object(states, x, y, options.same_place_m)
 
 
-def _target(
+def _judge_target(
     plan: TakePlan,
     states: Sequence[ObjectState],
     grounded: GroundedCommand,
@@ -126,25 +126,25 @@ def place_fits(
 ) -> tuple[bool, str]:
     """Whether a place is in the region that is meant, free of other things, and big enough; the text says why not."""
     by_id = {state.id: state for state in states}
-    thing = as_object(by_id[meaning.object])
-    shape = outline(replace(thing, x=place[0], y=place[1]))
+    obj = scene_object_of(by_id[meaning.object])
+    shape = outline(replace(obj, x=place[0], y=place[1]))
     if not table.contains(*place):
         return False, "the place is beside the table"
     for other in states:
         if other.id == meaning.object:
             continue
-        if outline(as_object(other)).intersection(shape).area > options.overlap_m2:
+        if outline(scene_object_of(other)).intersection(shape).area > options.overlap_m2:
             return False, f"the place is taken by {other.id}"
     if meaning.area is not None:
         away = float(np.hypot(place[0] - meaning.area[0], place[1] - meaning.area[1]))
         return away <= RELATION_CRITERIA.area_radius_m, f"{away:.2f} m from the place meant"
     if meaning.target is None:
         return False, "the take means no place"
-    return _beside(shape, place, by_id[meaning.target], meaning.relation)
+    return _judge_beside(shape, place, by_id[meaning.target], meaning.relation)
 
 
-def _beside(shape: shapely.Polygon, place: Point2, target: ObjectState, relation: str) -> tuple[bool, str]:
-    gap = float(shape.distance(outline(as_object(target))))
+def _judge_beside(shape: shapely.Polygon, place: Point2, target: ObjectState, relation: str) -> tuple[bool, str]:
+    gap = float(shape.distance(outline(scene_object_of(target))))
     if relation == "next_to":
         return gap <= RELATION_CRITERIA.near_m, f"{gap:.2f} m from {target.id}"
     offset = np.asarray(place) - target.position[:2]
@@ -154,7 +154,7 @@ def _beside(shape: shapely.Polygon, place: Point2, target: ObjectState, relation
     return gap <= RELATION_CRITERIA.beside_m, f"{gap:.2f} m from {target.id}"
 
 
-def as_object(state: ObjectState) -> SceneObject:
+def scene_object_of(state: ObjectState) -> SceneObject:
     """Return a thing as it stands now, as a scene has it."""
     yaw = float(np.arctan2(state.pose[1, 0], state.pose[0, 0]))
     x, y = (float(value) for value in state.position[:2])

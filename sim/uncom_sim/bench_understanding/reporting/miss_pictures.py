@@ -35,12 +35,12 @@ def draw_miss(
     pose = camera_pose(recording)
     looked = first.evidence.view if first is not None and first.evidence is not None else None
     if first is None or looked is None:
-        picture = np.hstack([frame.rgb for frame in _moments(recording, frames)])
+        picture = np.hstack([frame.rgb for frame in _pointing_frames(recording, frames)])
     else:
         grounded = first.decision.grounded
         pair = [_nearest(frames, stamp).rgb.copy() for stamp in (grounded.object_frame_s, grounded.target_frame_s)]
         for one, role in zip(pair, ("object", "target"), strict=True):
-            _mark(one, plan, recording, role, recording.camera, pose, options=options)
+            _mark_meant(one, plan, recording, role, recording.camera, pose, options=options)
         picture = annotate(pair[0], pair[1], first.decision, View(looked.camera, looked.transform_camera_to_scene))
     (folder / name).write_bytes(encode_jpeg(np.asarray(picture, np.uint8), 85))
     return (name,)
@@ -54,7 +54,7 @@ def camera_pose(recording: TakeRecording) -> FloatArray:
     return buffer.lookup(recording.camera_frame, "base_footprint", recording.stored[0].stamp_s)
 
 
-def _mark(
+def _mark_meant(
     picture: Picture,
     plan: TakePlan,
     recording: TakeRecording,
@@ -76,7 +76,7 @@ def _mark(
     cv2.drawMarker(picture, (round(float(u)), round(float(v))), options.meant_colour, cv2.MARKER_CROSS, 22, 2)
 
 
-def _moments(recording: TakeRecording, frames: Sequence[CameraFrame]) -> list[CameraFrame]:
+def _pointing_frames(recording: TakeRecording, frames: Sequence[CameraFrame]) -> list[CameraFrame]:
     """Return the frames at the ends of the times of pointing, or the first and the last one."""
     stamps = [p.end_s for p in recording.truth.pointing] or [frames[0].stamp_s, frames[-1].stamp_s]
     return [_nearest(frames, stamp) for stamp in stamps]

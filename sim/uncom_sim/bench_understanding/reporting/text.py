@@ -34,8 +34,8 @@ def _lines(report: Mapping[str, Any]) -> Iterator[str]:
     if report["deciding"]["takes"]:
         yield decision_text(report["deciding"])
         yield ""
-    yield from _misses(report)
-    yield from _others(report)
+    yield from _miss_lines(report)
+    yield from _ablation_lines(report)
     yield "relations (meant -> understood): " + "; ".join(
         f"{meant} -> {', '.join(f'{name} {count}' for name, count in got.items())}"
         for meant, got in report["relations"].items()
@@ -53,7 +53,7 @@ def _lines(report: Mapping[str, Any]) -> Iterator[str]:
     )
 
 
-def _others(report: Mapping[str, Any]) -> Iterator[str]:
+def _ablation_lines(report: Mapping[str, Any]) -> Iterator[str]:
     """Write what other ways of deciding came to, and whether the harness measures what it says."""
     rows = {"the paper's rules as published": report["published_rules"]}
     rows |= {name.replace("_", " "): of for name, of in report["ablations"].items()}
@@ -74,7 +74,7 @@ def _others(report: Mapping[str, Any]) -> Iterator[str]:
         yield ""
 
 
-def _misses(report: Mapping[str, Any]) -> Iterator[str]:
+def _miss_lines(report: Mapping[str, Any]) -> Iterator[str]:
     if not report["misses"]:
         return
     yield f"misses by the first stage that went wrong: {', '.join(f'{k} {v}' for k, v in report['stages'].items())}"

@@ -24,7 +24,7 @@ _TARGETS = {
 
 
 def arrange_objects(
-    things: Sequence[SceneObject],
+    objects: Sequence[SceneObject],
     relation: str,
     scenario: Scenario,
     rng: np.random.Generator,
@@ -38,8 +38,8 @@ def arrange_objects(
     table = Table()
     placed: list[SceneObject] = []
     shapes: list[shapely.Polygon] = []
-    for thing in things:
-        found = _place(thing, shapes, table, rng, *_where(thing.id, relation, options=options), options=options)
+    for obj in objects:
+        found = _place(obj, shapes, table, rng, *_placement_range(obj.id, relation, options=options), options=options)
         if found is None:
             return None
         placed.append(found)
@@ -50,8 +50,8 @@ def arrange_objects(
     scene = Scene(objects=tuple(placed), say="", table=table)
     if not all_visible(scene):
         return None
-    by_id = {thing.id: thing for thing in placed}
-    if scenario.target == "relative area" and not _room_beside(
+    by_id = {obj.id: obj for obj in placed}
+    if scenario.target == "relative area" and not _has_room_beside(
         by_id["object"], by_id["target"], placed, relation, options=options
     ):
         return None
@@ -69,29 +69,31 @@ def place_additional(
     meant = scene.meaning
     for _ in range(options.tries):
         placed = list(scene.objects)
-        shapes = [outline(thing) for thing in placed]
+        shapes = [outline(obj) for obj in placed]
         if meant is not None and meant.area is not None:
             shapes.append(shapely.Point(meant.area).buffer(options.largest_radius_m))
-        for thing in more:
-            found = _place(thing, shapes, scene.table, rng, options.x_m, (-options.y_m, options.y_m), options=options)
+        for obj in more:
+            found = _place(obj, shapes, scene.table, rng, options.x_m, (-options.y_m, options.y_m), options=options)
             if found is None:
                 break
             placed.append(found)
             shapes.append(outline(found))
         if len(placed) < len(scene.objects) + len(more) or not all_visible(replace(scene, objects=tuple(placed))):
             continue
-        by_id = {thing.id: thing for thing in placed}
+        by_id = {obj.id: obj for obj in placed}
         sided = meant is not None and meant.target is not None and meant.relation not in ("in", "on")
         if (
             meant is None
             or not sided
-            or _room_beside(by_id[meant.object], by_id[str(meant.target)], placed, meant.relation, options=options)
+            or _has_room_beside(by_id[meant.object], by_id[str(meant.target)], placed, meant.relation, options=options)
         ):
             return tuple(placed)
     return None
 
 
-def _where(name: str, relation: str, *, options: ObjectPlacementOptions = OBJECT_PLACEMENT) -> tuple[Point2, Point2]:
+def _placement_range(
+    name: str, relation: str, *, options: ObjectPlacementOptions = OBJECT_PLACEMENT
+) -> tuple[Point2, Point2]:
     """Return the ranges of x and y [m] for a thing; a target leaves room on the side where something is to go."""
     if name == "target" and relation in _TARGETS:
         return _TARGETS[relation]
@@ -101,7 +103,7 @@ def _where(name: str, relation: str, *, options: ObjectPlacementOptions = OBJECT
 
 
 def _place(
-    thing: SceneObject,
+    obj: SceneObject,
     shapes: Sequence[shapely.Polygon],
     table: Table,
     rng: np.random.Generator,
@@ -113,28 +115,28 @@ def _place(
     top = shapely.box(table.x_min, table.y_min, table.x_max, table.y_max).buffer(-0.01)
     for _ in range(options.tries):
         x, y, yaw = rng.uniform(*x_range), rng.uniform(*y_range), rng.uniform(-np.pi, np.pi)
-        moved = replace(thing, x=round(float(x), 4), y=round(float(y), 4), yaw=round(float(yaw), 3))
+        moved = replace(obj, x=round(float(x), 4), y=round(float(y), 4), yaw=round(float(yaw), 3))
         shape = outline(moved)
         if top.contains(shape) and all(shape.distance(other) >= options.gap_m for other in shapes):
             return moved
     return None
 
 
-def radius_of(thing: SceneObject) -> float:
+def radius_of(obj: SceneObject) -> float:
     """Return the radius [m] of the circle about a thing's body frame that covers its outline."""
-    corners = np.asarray(outline(thing).exterior.coords) - (thing.x, thing.y)
+    corners = np.asarray(outline(obj).exterior.coords) - (obj.x, obj.y)
     return float(np.linalg.norm(corners, axis=1).max())
 
 
 def _free_place(
-    thing: SceneObject,
+    obj: SceneObject,
     shapes: Sequence[shapely.Polygon],
     table: Table,
     rng: np.random.Generator,
     *,
     options: ObjectPlacementOptions = OBJECT_PLACEMENT,
 ) -> Point2 | None:
-    radius = min(radius_of(thing), 0.11)
+    radius = min(radius_of(obj), 0.11)
     for _ in range(options.tries):
         x, y = float(rng.uniform(*options.reach_x_m)), float(rng.uniform(-options.reach_y_m, options.reach_y_m))
         away = min(shape.distance(shapely.Point(x, y)) for shape in shapes)
@@ -145,8 +147,8 @@ def _free_place(
     return None
 
 
-def _room_beside(
-    thing: SceneObject,
+def _has_room_beside(
+    obj: SceneObject,
     target: SceneObject,
     placed: Sequence[SceneObject],
     relation: str,
@@ -155,12 +157,12 @@ def _room_beside(
 ) -> bool:
     """Whether a thing fits beside another one, in the direction that is meant."""
     table = Table()
-    radius = min(radius_of(thing), options.largest_radius_m)
-    others = [outline(other) for other in placed if other.id not in (thing.id, target.id)]
+    radius = min(radius_of(obj), options.largest_radius_m)
+    others = [outline(other) for other in placed if other.id not in (obj.id, target.id)]
     here = outline(target)
     ways = DIRECTIONS.values() if relation == "next_to" else (DIRECTIONS[relation],)
     for dx, dy in ways:
-        edge = _reach(here, target, (dx, dy)) + options.beside_m + radius
+        edge = _extent(here, target, (dx, dy)) + options.beside_m + radius
         for side in (-0.3, 0.0, 0.3):
             x, y = target.x + edge * (dx - side * dy), target.y + edge * (dy + side * dx)
             spot = shapely.Point(x, y).buffer(radius)
@@ -171,7 +173,7 @@ def _room_beside(
     return False
 
 
-def _reach(shape: shapely.Polygon, target: SceneObject, way: Point2) -> float:
+def _extent(shape: shapely.Polygon, target: SceneObject, way: Point2) -> float:
     """Return how far a thing extends from its body frame in a direction [m]."""
     corners = np.asarray(shape.exterior.coords) - (target.x, target.y)
     return float((corners @ np.asarray(way)).max())

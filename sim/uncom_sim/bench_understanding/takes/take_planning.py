@@ -36,13 +36,13 @@ _COLOURS = {
 }
 _FRUIT = ("banana", "apple", "lemon", "orange", "pear")
 _VESSELS = ("bowl", "plate", "mug", "cup", "frying pan")
-_OTHERS = ("box", "cereal box", "bottle", "can", "spoon")
+_OTHER_KINDS = ("box", "cereal box", "bottle", "can", "spoon")
 # Kinds that people call by each other's names; where one is named, the other would be a riddle.
-_ALIKE = ({"mug", "cup"}, {"box", "cereal box"}, {"spoon"})
+_INTERCHANGEABLE_KINDS = ({"mug", "cup"}, {"box", "cereal box"}, {"spoon"})
 
 
 @dataclass(frozen=True, slots=True)
-class _Thing:
+class _UnplacedObject:
     """A kind and colour that has no place yet."""
 
     id: str
@@ -78,23 +78,23 @@ def plan_take(
         SceneError: the things of the scenario find no room.
     """
     rng = np.random.default_rng([seed, scenario.id, index, 11])
-    relation = str(_by_turns(tuple(scenario.relations), index, rng))
+    relation = str(_first_or_drawn(tuple(scenario.relations), index, rng))
     cast = scenario.casts[index % len(scenario.casts)]
-    person, manner = _person(rng, take_planning_options)
+    person, manner = _draw_person(rng, take_planning_options)
     conditions = Conditions(
         light=round(float(rng.uniform(0.7, 1.12)), 3),
         camera_noise=round(float(rng.uniform(0.5, 2.0)), 3),
         exposure_s=round(float(rng.uniform(0.008, 0.033)), 4),
     )
     for _ in range(take_planning_options.attempts):
-        things = _things(scenario, cast, rng)
-        placed = arrange_objects(things, relation, scenario, rng)
+        unplaced = _draw_objects(scenario, cast, rng)
+        placed = arrange_objects(unplaced, relation, scenario, rng)
         if placed is not None:
             objects, area = placed
             break
     else:
         raise SceneError(f"the things of scenario {scenario.id} find no room on the table; try another seed")
-    say = _sentence(scenario, cast, relation, index, {t.id: t for t in objects}, rng)
+    say = _compose_sentence(scenario, cast, relation, index, {t.id: t for t in objects}, rng)
     place = None if area is None else (round(area[0], 4), round(area[1], 4))
     meaning = Meaning("object", relation, None if place is not None else "target", place)
     pointed = {"object": "object", "target": "target" if place is None else place}
@@ -115,106 +115,113 @@ def plan_take(
 def with_bystanders(plan: TakePlan, count: int) -> TakePlan | None:
     """Return a take with so many further things of kinds that its words do not name; None without room for them."""
     rng = np.random.default_rng([plan.world_seed, 21])
-    taken = {thing.kind for thing in plan.scene.objects}
+    taken = {obj.kind for obj in plan.scene.objects}
     vague = not any(kind.split()[-1] in plan.scene.say for kind in _VESSELS)  # "this thing" may be any vessel
-    pool = [k for k in (*_FRUIT, *_VESSELS, *_OTHERS) if not _alike(k, taken) and not (vague and k in _VESSELS)]
+    pool = [
+        k for k in (*_FRUIT, *_VESSELS, *_OTHER_KINDS) if not _share_a_name(k, taken) and not (vague and k in _VESSELS)
+    ]
     if "fruit" in plan.scene.say:
         pool = [k for k in pool if k not in _FRUIT]
     kinds = [str(kind) for kind in rng.permutation(pool)[:count]]
     if len(kinds) < count:
         return None
-    more = tuple(SceneObject(f"bystander_{i + 1}", k, _colour(k, rng), 0.0, 0.0) for i, k in enumerate(kinds))
+    more = tuple(SceneObject(f"bystander_{i + 1}", k, _draw_colour(k, rng), 0.0, 0.0) for i, k in enumerate(kinds))
     placed = place_additional(plan.scene, more, rng)
     return None if placed is None else replace(plan, scene=replace(plan.scene, objects=placed))
 
 
-def _by_turns(options: Sequence[str], index: int, rng: np.random.Generator) -> str:
+def _first_or_drawn(options: Sequence[str], index: int, rng: np.random.Generator) -> str:
     """Take the first option for the first take (the paper's own words), any for the others."""
     drawn = options[int(rng.integers(len(options)))]
     return options[0] if index == 0 else drawn
 
 
-def _sentence(
-    scenario: Scenario, cast: Cast, relation: str, index: int, things: dict[str, SceneObject], rng: np.random.Generator
+def _compose_sentence(
+    scenario: Scenario,
+    cast: Cast,
+    relation: str,
+    index: int,
+    objects: dict[str, SceneObject],
+    rng: np.random.Generator,
 ) -> str:
-    frame = _by_turns(scenario.frames, index, rng)
+    frame = _first_or_drawn(scenario.frames, index, rng)
     words = {
         "o": cast.object_word,
         "t": cast.target_word,
-        "oc": things["object"].colour,
-        "tc": things["target"].colour if "target" in things else "",
+        "oc": objects["object"].colour,
+        "tc": objects["target"].colour if "target" in objects else "",
     }
-    object_phrase = _by_turns(scenario.object_phrases, index, rng).format(**words)
-    target_phrase = _by_turns(scenario.target_phrases, index, rng).format(**words)
-    relation_words = _by_turns(scenario.relations[relation], index, rng)
+    object_phrase = _first_or_drawn(scenario.object_phrases, index, rng).format(**words)
+    target_phrase = _first_or_drawn(scenario.target_phrases, index, rng).format(**words)
+    relation_words = _first_or_drawn(scenario.relations[relation], index, rng)
     return " ".join(frame.format(O=object_phrase, T=target_phrase, R=relation_words).split())
 
 
-def _things(scenario: Scenario, cast: Cast, rng: np.random.Generator) -> tuple[SceneObject, ...]:
+def _draw_objects(scenario: Scenario, cast: Cast, rng: np.random.Generator) -> tuple[SceneObject, ...]:
     """Draw kinds and colours; places are still to be found."""
-    main = _Thing("object", cast.object, _colour(cast.object, rng))
-    things = [main]
+    main = _UnplacedObject("object", cast.object, _draw_colour(cast.object, rng))
+    unplaced = [main]
     if cast.target:
-        things.append(_Thing("target", cast.target, _colour(cast.target, rng)))
+        unplaced.append(_UnplacedObject("target", cast.target, _draw_colour(cast.target, rng)))
     named = {cast.object, cast.target} - {""}
     by_colour = "{oc}" in " ".join(scenario.object_phrases)
-    things += _rivals("object_rival", scenario.rivals, main, named, things, rng, by_colour=by_colour)
-    goal = things[1] if cast.target else main
-    things += _rivals("target_rival", scenario.target_rivals, goal, named, things, rng, by_colour=by_colour)
+    unplaced += _draw_rivals("object_rival", scenario.rivals, main, named, unplaced, rng, by_colour=by_colour)
+    goal = unplaced[1] if cast.target else main
+    unplaced += _draw_rivals("target_rival", scenario.target_rivals, goal, named, unplaced, rng, by_colour=by_colour)
     if scenario.clutter is not None:
-        taken = named | {t.kind for t in things}
-        pool = [k for k in (*_FRUIT, *_VESSELS, *_OTHERS) if not _alike(k, taken)]
+        taken = named | {t.kind for t in unplaced}
+        pool = [k for k in (*_FRUIT, *_VESSELS, *_OTHER_KINDS) if not _share_a_name(k, taken)]
         if "fruit" in scenario.object_phrases[0]:
             pool = [k for k in pool if k not in _FRUIT]
         if scenario.target == "deixis":  # "this thing" into which one can put something
             pool = [k for k in pool if k not in _VESSELS]
         count = min(int(rng.integers(scenario.clutter[0], scenario.clutter[1] + 1)), len(pool))
         for number, kind in enumerate(rng.choice(pool, count, replace=False)):
-            things.append(_Thing(f"clutter_{number + 1}", str(kind), _colour(str(kind), rng)))
-    return tuple(SceneObject(t.id, t.kind, t.colour, 0.0, 0.0) for t in things)
+            unplaced.append(_UnplacedObject(f"clutter_{number + 1}", str(kind), _draw_colour(str(kind), rng)))
+    return tuple(SceneObject(t.id, t.kind, t.colour, 0.0, 0.0) for t in unplaced)
 
 
-def _rivals(
+def _draw_rivals(
     stem: str,
     rivals: Rivals | None,
-    of: _Thing,
+    of: _UnplacedObject,
     named: set[str],
-    present: Sequence[_Thing],
+    present: Sequence[_UnplacedObject],
     rng: np.random.Generator,
     *,
     by_colour: bool,
-) -> list[_Thing]:
+) -> list[_UnplacedObject]:
     if rivals is None:
         return []
-    made: list[_Thing] = []
+    made: list[_UnplacedObject] = []
     for number in range(int(rng.integers(rivals.fewest, rivals.most + 1))):
         taken = named | {t.kind for t in (*present, *made)}
         pools = {
             "same": (of.kind,),
             "fruit": tuple(k for k in _FRUIT if k not in taken),
-            "vessel": tuple(k for k in _VESSELS if k != "cup" and not _alike(k, taken)),
-            "any": tuple(k for k in (*_FRUIT, *_OTHERS) if not _alike(k, taken)),
+            "vessel": tuple(k for k in _VESSELS if k != "cup" and not _share_a_name(k, taken)),
+            "any": tuple(k for k in (*_FRUIT, *_OTHER_KINDS) if not _share_a_name(k, taken)),
         }
         kind = str(rng.choice(pools[rivals.kind]))
-        colour = _colour(kind, rng)
+        colour = _draw_colour(kind, rng)
         if by_colour:
             used = {t.colour for t in (of, *made) if t.kind == kind}
             free = [c for c in _COLOURS.get(kind, ()) if c not in used]
             colour = str(rng.choice(free)) if free else colour
-        made.append(_Thing(f"{stem}_{number + 1}", kind, colour))
+        made.append(_UnplacedObject(f"{stem}_{number + 1}", kind, colour))
     return made
 
 
-def _alike(kind: str, taken: set[str]) -> bool:
-    return kind in taken or any(kind in group and group & taken for group in _ALIKE)
+def _share_a_name(kind: str, taken: set[str]) -> bool:
+    return kind in taken or any(kind in group and group & taken for group in _INTERCHANGEABLE_KINDS)
 
 
-def _colour(kind: str, rng: np.random.Generator) -> str:
+def _draw_colour(kind: str, rng: np.random.Generator) -> str:
     choices = _COLOURS.get(kind)
     return natural_colour(kind) if choices is None else str(rng.choice(choices))
 
 
-def _person(rng: np.random.Generator, options: TakePlanningOptions = TAKE_PLANNING) -> tuple[PersonOptions, str]:
+def _draw_person(rng: np.random.Generator, options: TakePlanningOptions = TAKE_PLANNING) -> tuple[PersonOptions, str]:
     """Draw a person and how they point: in time, early, late, or with an unsteady hand."""
     person = PersonOptions(
         hand=str(rng.choice(HANDS)),

@@ -207,6 +207,6 @@ def sim_state_to_msg(
 def object_states_from_msg(msg: SimState) -> tuple[ObjectState, ...]:
     """Read where the things are."""
     return tuple(
-        ObjectState(thing.id, thing.kind, thing.colour, matrix_from_pose_msg(thing.pose), vector_from_msg(thing.size))
-        for thing in msg.objects
+        ObjectState(obj.id, obj.kind, obj.colour, matrix_from_pose_msg(obj.pose), vector_from_msg(obj.size))
+        for obj in msg.objects
     )
