@@ -132,7 +132,8 @@ def camera_to_msg(camera: PinholeCamera, header: Header) -> CameraInfo:
     )
 
 
-_CHANNELS = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1}
+# Encodings of sensor_msgs/Image with 8 bits a channel, by the names of their channels.
+_CHANNELS = {f"{channels}8": channels for channels in ("rgb", "bgr", "rgba", "bgra")} | {"mono8": "l"}
 
 
 def rgb_from_msg(msg: Image) -> npt.NDArray[np.uint8]:
@@ -144,9 +145,9 @@ def rgb_from_msg(msg: Image) -> npt.NDArray[np.uint8]:
     channels = _CHANNELS.get(msg.encoding)
     if channels is None:
         raise ImageFormatError(f"image encoding {msg.encoding!r} is not one of {', '.join(_CHANNELS)}")
-    rows = _rows(msg, np.dtype(np.uint8), channels)
-    image = rows.reshape(msg.height, msg.width, channels)
-    if channels == 1:
+    rows = _rows(msg, np.dtype(np.uint8), len(channels))
+    image = rows.reshape(msg.height, msg.width, len(channels))
+    if len(channels) == 1:
         return np.repeat(image, 3, axis=2)
     return np.ascontiguousarray(image[..., :3] if msg.encoding.startswith("rgb") else image[..., 2::-1])
 

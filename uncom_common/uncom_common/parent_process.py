@@ -7,10 +7,16 @@ import ctypes
 import os
 import signal
 import sys
+from enum import IntEnum
 
 # Environment variable with the process id of the parent, for processes that shall not outlive it.
 PARENT_PID_VARIABLE = "UNCOM_STARTER_PID"
-_PR_SET_PDEATHSIG = 1  # option of prctl(2)
+
+
+class _PrctlOption(IntEnum):
+    """Options of prctl(2)."""
+
+    SET_PDEATHSIG = 1
 
 
 def end_with_named_parent() -> None:
@@ -24,6 +30,6 @@ def end_with_parent(parent_pid: int, death_signal: signal.Signals) -> None:
     """Ask the kernel for a signal to this process when its parent ends; do nothing off Linux."""
     if not sys.platform.startswith("linux"):
         return
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(death_signal))
+    ctypes.CDLL(None).prctl(_PrctlOption.SET_PDEATHSIG, int(death_signal))
     if os.getppid() != parent_pid:  # it ended before we could ask
         os.kill(os.getpid(), death_signal)
