@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers that tune projection, the buffer of transforms, the loading of weights, and nodes at their end."""
+"""Numbers that tune projection, the buffer of transforms, the loading of weights, and nodes at their end.
+
+Beside them stand the dimensions of the robot that several packages need.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +49,20 @@ class NodeOptions:
     shutdown_timeout_s: float = tunable(2.0, unit="s", meaning="longest wait for a callback at the end")
 
 
+@dataclass(frozen=True, slots=True)
+class RobotDimensions:
+    """Dimensions of TIAGo++."""
+
+    shoulder_y_m: float = tunable(
+        0.19,
+        unit="m",
+        meaning="distance of each shoulder from the middle plane of the robot (left: y is positive, REP 103)",
+        source="tiago_dual.urdf: y of arm_left_1_joint in torso_lift_link",
+    )
+
+
 PROJECTION = ProjectionOptions()
 TRANSFORM_BUFFER = TransformBufferOptions()
 WEIGHT_LOADING = WeightLoadingOptions()
 NODE = NodeOptions()
+ROBOT = RobotDimensions()

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reasoner_scenes import Thing, command, evidence, reference
 from uncom_reasoner.calibration.calibration import Table, build_table, calibration_error, reliability, scene_without
-from uncom_reasoner.calibration.fit_weights import accepted, fit, main, probabilities, read_tables, with_thresholds
+from uncom_reasoner.calibration.fit_weights import accept, choose_thresholds, fit, main, read_tables, reweigh
 from uncom_reasoner.exceptions import InvalidWeightsError
 from uncom_reasoner.grounding.ground import ground
 from uncom_reasoner.weights import load_weights
@@ -75,7 +75,7 @@ def test_fitted_weights_fit_the_tables_better():
     after = fit(made, start)
 
     def loss(weights):
-        return -sum(np.log(probabilities(t, weights, start)[t.truth]) for t in made)
+        return -sum(np.log(reweigh(t, weights, start)[t.truth]) for t in made)
 
     assert loss(after) < loss(start)
 
@@ -89,8 +89,8 @@ def test_thresholds_keep_wrong_choices_rare():
         right = rng.uniform() < 1.0 / (1.0 + np.exp(-lean))
         rows = (("a", {"words": lean}), ("b", {"words": 0.0}), ("none", {"words": -9.0}))
         made.append(Table("object", rows, "a" if right else "b"))
-    weights = with_thresholds(made, start, start)
-    taken = [accepted(t, weights, start)[0] == t.truth for t in made if accepted(t, weights, start)[0]]
+    weights = choose_thresholds(made, start, start)
+    taken = [accept(t, weights, start)[0] == t.truth for t in made if accept(t, weights, start)[0]]
     assert len(taken) > 20
     assert taken.count(False) <= 0.05 * len(taken)
     assert weights.min_probability > 0.7

@@ -14,7 +14,7 @@ from uncom_language.types import Relation
 from uncom_perception.types import Attribute
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.grounding.ground import ground, ground_parts
-from uncom_reasoner.grounding.phrasing import sentence
+from uncom_reasoner.grounding.phrasing import compose_sentence
 from uncom_reasoner.types import Given, Status
 
 # In a row from the robot's left (+y) to its right, not in the order of their ids; a lemon that must not be counted.
@@ -124,7 +124,7 @@ def test_both_apples_go_one_after_the_other_into_the_bowl(quantity):
     assert {d.grounded.target.detection.id for d in parts} == {"bowl_1"}
     assert [(d.grounded.part, d.grounded.parts) for d in parts] == [(0, 2), (1, 2)]
     cmd = command(reference("apples", 0, 1, head="apple", quantity=quantity), reference("bowl", 1, 2))
-    assert sentence(cmd, parts[0].grounded) == "I take the apples and put them in the bowl."
+    assert compose_sentence(cmd, parts[0].grounded) == "I take the apples and put them in the bowl."
 
 
 def test_things_of_a_group_do_not_get_the_same_place():

@@ -21,11 +21,12 @@ from uncom_reasoner.conversions import (
     grounded_command_to_msg,
 )
 from uncom_reasoner.exceptions import InvalidGroundingError, InvalidWeightsError
-from uncom_reasoner.explanation.annotated_image import GREEN, ORANGE, annotate, caption
+from uncom_reasoner.explanation.annotated_image import annotate, caption
 from uncom_reasoner.explanation.explanation import explain
+from uncom_reasoner.explanation.options import ANNOTATION
 from uncom_reasoner.grounding.decision import failed_command
 from uncom_reasoner.grounding.ground import ground
-from uncom_reasoner.grounding.phrasing import sentence
+from uncom_reasoner.grounding.phrasing import compose_sentence
 from uncom_reasoner.types import Decision, Status, TargetKind, View
 from uncom_reasoner.weights import Weights, load_weights
 
@@ -156,9 +157,9 @@ def test_a_picture_is_made_of_every_decision(decided, view, mask):
     assert (frame == 90).all()
     left = picture[: CAMERA.height, : CAMERA.width]
     if decision.grounded.object is not None:
-        assert (left == ORANGE).all(axis=2).sum() > 50
+        assert (left == ANNOTATION.chosen_colour).all(axis=2).sum() > 50
     if decision.object_ray is not None and decision.object_ray.present:
-        assert (left == GREEN).all(axis=2).sum() > 50
+        assert (left == ANNOTATION.ray_colour).all(axis=2).sum() > 50
 
 
 def test_an_area_is_drawn_where_it_is():
@@ -166,7 +167,7 @@ def test_an_area_is_drawn_where_it_is():
     decision = ground(evidence(cmd, THINGS, hands))
     frame = np.zeros((CAMERA.height, CAMERA.width, 3), np.uint8)
     right = annotate(frame, frame, decision, VIEW)[: CAMERA.height, CAMERA.width + 4 :]
-    rows, columns = np.nonzero((right == ORANGE).all(axis=2))
+    rows, columns = np.nonzero((right == ANNOTATION.chosen_colour).all(axis=2))
     wanted = pixels(decision.grounded.target.area).mean(axis=0)
     assert np.hypot(columns.mean() - wanted[0], rows.mean() - wanted[1]) < 12
 
@@ -211,7 +212,7 @@ def test_an_explanation_survives_the_message(decided):
 def test_the_robot_says_what_it_understood():
     said = {}
     for name, (cmd, hands) in commands().items():
-        said[name] = sentence(cmd, ground(evidence(cmd, THINGS, hands)).grounded)
+        said[name] = compose_sentence(cmd, ground(evidence(cmd, THINGS, hands)).grounded)
     assert said["thing"] == "I take the lemon and put it in the bowl."
     assert said["relative"] == "I take the lemon and put it to the left of the box."
     assert said["area"] == "I take the lemon and put it there, where you point."
@@ -223,7 +224,7 @@ def test_the_robot_repeats_the_speakers_noun_and_adds_the_colour_of_what_was_poi
     cmd, hands = commands()["thing"]
     grounded = ground(evidence(cmd, THINGS, hands)).grounded
     seen = replace(grounded.object, label="apple", attributes=(Attribute("colour", "yellow", 0.9),))
-    assert sentence(cmd, replace(grounded, object=seen)) == "I take the yellow lemon and put it in the bowl."
+    assert compose_sentence(cmd, replace(grounded, object=seen)) == "I take the yellow lemon and put it in the bowl."
 
 
 def test_weights_are_data_and_bad_ones_are_named(tmp_path):

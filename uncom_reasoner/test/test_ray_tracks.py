@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from uncom_reasoner.gesture_types import RayObservation
 from uncom_reasoner.pointing.ray_fusion import segment_dwells
 from uncom_reasoner.pointing.ray_tracks import associate_rays
-from uncom_reasoner.types import RayObservation
 from uncom_reasoner.weights import load_weights
 
 WIDTH = 640

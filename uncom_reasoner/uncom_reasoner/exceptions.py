@@ -32,20 +32,20 @@ class UnsettledError(CannotGroundError):
     """Weighing gave no choice; `candidates` (values of types.Candidate) are what was weighed."""
 
     def __init__(self, reason: str, candidates: Sequence[Candidate]) -> None:
-        """Keep what was weighed."""
+        """Take the sentence for the person and the candidates that were weighed."""
         self.candidates = tuple(candidates)
         super().__init__(reason)
 
 
 class NothingSeenError(UnsettledError):
-    """Nothing that was seen is what was meant."""
+    """None of the objects that were seen is what was meant."""
 
 
 class AmbiguousError(UnsettledError):
-    """Several things or places fit about equally; `choices` are the ids of those that are too close."""
+    """Several objects or places fit about equally; `choices` are the ids of those that are too close."""
 
     def __init__(self, reason: str, candidates: Sequence[Candidate], choices: tuple[str, ...], part: str = "") -> None:
-        """Keep what was weighed, the ids that were too close to choose from, and the part it was ("": to be told)."""
+        """Take the sentence, the candidates, the ids of what is too close, and the part ("": the caller knows it)."""
         self.choices = choices
         self.part = part
         super().__init__(reason, candidates)
@@ -56,4 +56,4 @@ class NoPlaceError(CannotGroundError):
 
 
 class NotSupportedError(CannotGroundError):
-    """Understood, but not a thing this robot does."""
+    """The command was understood, but the robot does no such thing."""

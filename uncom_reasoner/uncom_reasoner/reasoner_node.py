@@ -32,7 +32,7 @@ from uncom_reasoner.session.session import FAULT, Session
 from uncom_reasoner.session.task import DetectionRequest, GroundingTask
 from uncom_reasoner.weights import load_weights
 
-TICK_S = 0.02
+TICK_S = 0.02  # [s] period of the timer that moves the tasks on
 
 
 class NodeClock:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values of deciding. Positions on the support are (2,) in plane coordinates (see surface.py)."""
+"""Values of deciding. Positions on the support are (2,) in plane coordinates (see support/support_plane.py)."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 
 import numpy as np
-import numpy.typing as npt
 from shapely.geometry import Polygon
 from uncom_common.camera import PinholeCamera
 from uncom_common.primitive import Primitive
+from uncom_common.transforms import FloatArray
 from uncom_language.types import Command
 from uncom_perception.types import Box, Detection, Scene, TableSurface
 
-FloatArray = npt.NDArray[np.float64]
+from uncom_reasoner.gesture_types import PhraseRay, RayObservation, TablePoint
 
 
 class Status(IntEnum):
@@ -53,7 +53,7 @@ class Factor:
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """One thing ("d3"), place ("cell_7") or "none" that was weighed.
+    """One object ("d3"), place ("cell_7") or "none" that was weighed.
 
     The exponential of the sum of its factors, normalised over the candidates, is its probability (0 to 1).
     """
@@ -80,69 +80,6 @@ class View:
 
 
 @dataclass(frozen=True, slots=True)
-class RayInSpace:
-    """A pointing ray in the scene frame [m]: fingertip, unit direction, and the camera's centre, each (3,)."""
-
-    tip: FloatArray
-    direction: FloatArray
-    eye: FloatArray
-
-
-@dataclass(frozen=True, slots=True)
-class RayObservation:
-    """The ray of one hand in one image: in pixels always, in space if its depth is known."""
-
-    stamp_s: float
-    hand: str
-    score: float
-    sigma_rad: float
-    width: int
-    tip_px: FloatArray
-    base_px: FloatArray
-    direction_px: FloatArray
-    space: RayInSpace | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Dwell:
-    """A stretch of time in which a hand pointed one way, its rays fused; stillness (N,) weighs its frames."""
-
-    hand: str
-    stamps_s: tuple[float, ...]
-    stillness: tuple[float, ...]
-    sigma_rad: float
-    width: int
-    finger_px: float
-    tip_px: FloatArray
-    direction_px: FloatArray
-    space: RayInSpace | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class PhraseRay:
-    """The gesture of one phrase: dwells with their shares (summing to 1), and the frames' weight behind them."""
-
-    role: str
-    start_s: float
-    end_s: float
-    dwells: tuple[tuple[Dwell, float], ...] = ()
-    weight: float = 0.0
-
-    @property
-    def present(self) -> bool:
-        """Whether there is a gesture for the phrase."""
-        return bool(self.dwells)
-
-
-@dataclass(frozen=True, slots=True)
-class TablePoint:
-    """Where a gesture meets the support: mean (2,) and covariance (2, 2) in plane coordinates."""
-
-    mean: FloatArray
-    covariance: FloatArray
-
-
-@dataclass(frozen=True, slots=True)
 class Cell:
     """One Voronoi cell of the support: outline (N, 2), centre (2,), and what occupies it ("" is free)."""
 
@@ -154,7 +91,7 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class GroundedTarget:
-    """Where the moved thing is to end: pose (4, 4) of its footprint's centre on the support, and outline (N, 3) [m].
+    """Where the moved object is to end: pose (4, 4) of its footprint's centre on the support, and outline (N, 3) [m].
 
     Both are in the scene's frame. Without depth the pose is None and the area is in pixels with z 0.
     """
@@ -167,7 +104,7 @@ class GroundedTarget:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """The outcome of weighing the candidates of one part of a command."""
+    """The outcome of weighing the candidates of one part of a command: the id that was taken, and why."""
 
     candidates: tuple[Candidate, ...]
     chosen: str
@@ -180,11 +117,12 @@ class Given:
     """What is settled already when a part is weighed; parts are "object", "target", "anchor", "reference2".
 
     Attributes:
-        among: the things that a part can be after an answer; with one id it is that thing.
-        excluded: things that a part is not ("no, not this one").
+        among: the ids of what a part can be after an answer; with one id it is that object.
+        excluded: ids of what a part is not ("no, not this one").
         perspective: whose left and right was meant, once that was answered; "" if it was not.
-        start: where on the support (2,) the thing is about to be, for "a bit to the left"; None: where it is.
-        moved: outlines on the support of things of a group that are put somewhere before; an empty one is in a thing.
+        start: where on the support (2,) the object is about to be, for "a bit to the left"; None: where it is.
+        moved: outlines on the support of objects of a group that are put somewhere before; an empty one is in another
+            object.
     """
 
     among: Mapping[str, frozenset[str]] = field(default_factory=dict)
@@ -196,7 +134,18 @@ class Given:
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """All that a decision rests on. `phrases` are those the scene's scores are for."""
+    """All that a decision rests on.
+
+    Attributes:
+        command: what was said.
+        scene: what was detected.
+        phrases: that the scene's scores are for.
+        view: the camera that saw the scene.
+        rays: of the hands around the words.
+        object_frame_s, target_frame_s: stamps of the images of when object and target were spoken of [s].
+        given: what is settled already.
+        notes: about what was looked at, for the explanation.
+    """
 
     command: Command
     scene: Scene
@@ -206,12 +155,12 @@ class Evidence:
     object_frame_s: float = 0.0
     target_frame_s: float = 0.0
     given: Given = field(default_factory=Given)
-    notes: tuple[str, ...] = ()  # about what was looked at, for the explanation
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class GroundedCommand:
-    """A command with its things and places found; the fields of GroundedCommand.msg."""
+    """A command with its objects and places found; the fields are those of GroundedCommand.msg, explained there."""
 
     stamp_s: float
     frame_id: str
@@ -274,10 +223,24 @@ class Interpretation:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """A grounded command with what explains it: the gestures, the occupancy map and the reasons.
+    """A grounded command with what explains it.
 
-    outline is the support's (N, 2) in plane coordinates; metric tells whether those are metres (else pixels).
-    `refused` are readings that were weighed and not taken.
+    Attributes:
+        grounded: the outcome.
+        object_ray, target_ray: gestures of object and target.
+        target_point: where the target's gesture meets the support.
+        cells: the occupancy map.
+        reference: the object that the target's place is relative to; `second` is the other one of "between A and B".
+        outline: the support's (N, 2) in plane coordinates; metric tells whether those are metres (else pixels).
+        refused: interpretations that were weighed and not taken.
+        notes: of the evidence and of the parser.
+        counterfactuals: what would have been likeliest without one source.
+        doubt: why it is ambiguous, if it is.
+        rules: why the candidates of the parts that were settled were taken.
+        perspective: the side that left and right were taken from; "" where nothing hangs on it.
+        interpretations: the sides that were weighed.
+        place: (2,) where the moved object's centre goes, plane coordinates.
+        group: what was weighed for a reference to several objects.
     """
 
     grounded: GroundedCommand
@@ -285,16 +248,16 @@ class Decision:
     target_ray: PhraseRay | None = None
     target_point: TablePoint | None = None
     cells: tuple[Cell, ...] = ()
-    reference: Choice | None = None  # the thing that the target's place is relative to
+    reference: Choice | None = None
     outline: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     metric: bool = True
     refused: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     counterfactuals: tuple[Counterfactual, ...] = ()
     doubt: Doubt | None = None
-    second: Choice | None = None  # the other thing of "between A and B"
-    rules: Mapping[str, Rule] = field(default_factory=dict)  # of the parts that were settled
-    perspective: str = ""  # the side that left and right were taken from; "" where nothing hangs on it
+    second: Choice | None = None
+    rules: Mapping[str, Rule] = field(default_factory=dict)
+    perspective: str = ""
     interpretations: tuple[Interpretation, ...] = ()
-    place: FloatArray | None = None  # (2,) where the moved thing's centre goes, plane coordinates
-    group: tuple[Candidate, ...] = ()  # what was weighed for a reference to several things
+    place: FloatArray | None = None
+    group: tuple[Candidate, ...] = ()

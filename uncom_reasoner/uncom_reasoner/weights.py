@@ -1,5 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The numbers of the posterior, kept as data (config/weights.yaml)."""
+"""The fitted numbers of the posterior, kept as data: config/weights.yaml.
+
+The file is YAML, one mapping from name to number. All names of `Weights` must be there and no others; all numbers are
+at least 0, and probabilities lie between 0 and 1. A remark above a name says what it means. The parameter
+`weights_file` of the reasoner node takes another file; `python -m uncom_reasoner.calibration.fit_weights` writes one
+from takes with a known truth. Numbers that are not fitted are in the option classes of the rooms.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +22,26 @@ DEFAULT_FILE = Path(__file__).parent / "config" / "weights.yaml"
 
 @dataclass(frozen=True, slots=True)
 class Weights:
-    """What config/weights.yaml holds; the file says what each number means."""
+    """What config/weights.yaml holds.
+
+    Attributes:
+        phrase, ray, relation, position, discourse, plausible, rival: multipliers of the log factors of
+            posterior/object_likelihood.py (`position` of all comparisons).
+        none_discount: how much less likely "none of these" is than the detector says [log].
+        stray_named, stray_deictic: probability that a gesture during a phrase is not about it, without and with a
+            pointing word.
+        boost_named, boost_deictic: share of a gesture's support that also counts against "none of these".
+        ray_systematic_rad: error of pointing that does not average out over frames [rad].
+        tip_sigma_m: error of the fingertip's place [m].
+        depth_sigma_ratio: how much less sure a direction is along the line of sight than across it.
+        early_s, late_s: standard deviations of pointing before and after the words [s].
+        still_speed: fingertip speed at which a frame counts half [image widths / s].
+        min_gesture_weight: least weight of frames that makes a gesture.
+        near_ray_z: a bare "this" takes a container up to so many standard deviations from the ray.
+        under_ray_z: "here" takes one only up to so many.
+        min_probability, min_odds: the likeliest candidate is taken if its share among the objects and its odds against
+            the second are at least these.
+    """
 
     phrase: float
     ray: float
@@ -43,7 +68,11 @@ class Weights:
     min_odds: float
 
     def __post_init__(self) -> None:
-        """Reject numbers that mean nothing."""
+        """Refuse probabilities outside 0 to 1 and negative numbers.
+
+        Raises:
+            InvalidWeightsError: there is one.
+        """
         for name in ("stray_named", "stray_deictic", "min_probability"):
             if not 0.0 < getattr(self, name) < 1.0:
                 raise InvalidWeightsError(f"weight {name}={getattr(self, name)!r} must lie between 0 and 1")

@@ -34,10 +34,10 @@ from uncom_reasoner.types import Decision, Evidence
 from uncom_reasoner.weights import Weights, load_weights
 
 from uncom_bringup.chain.config import ChainConfig
-from uncom_bringup.chain.hearing import Attention, Heard, hear
 from uncom_bringup.chain.recording import Recording
 from uncom_bringup.chain.recording_source import RecordingClock, RecordingSource
 from uncom_bringup.chain.stage_timer import StageTimer
+from uncom_bringup.chain.transcription import Attention, Transcription, transcribe
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,15 +92,15 @@ class Chain:
             self._detector.name,
         )
 
-    def hear(self, recording: Recording) -> Heard:
-        """Return what is said, an utterance each, and when that makes the eyes attentive."""
-        return hear(self._recognizer, self.config.speech, self.config.gesture.attention_s, recording)
+    def transcribe(self, recording: Recording) -> Transcription:
+        """Return what is said, an utterance each, and when a pointing hand is expected for it."""
+        return transcribe(self._recognizer, self.config.speech, self.config.gesture.attention_s, recording)
 
     def parse(self, transcript: Transcript) -> tuple[Command, ...]:
         """Return the commands of one utterance."""
         return self._understanding.understand(transcript)
 
-    def watch(
+    def detect_hands(
         self, recording: Recording, until_s: float = float("inf"), attention: Sequence[Attention] = ()
     ) -> tuple[HandsFrame, ...]:
         """Return the hands of every image up to the first one at or after a time [s].
@@ -142,13 +142,13 @@ class Chain:
         """
         times = StageTimer()
         with times.stage("speech"):
-            heard = self.hear(recording)
+            heard = self.transcribe(recording)
         with times.stage("language"):
             commands = tuple(command for transcript in heard.transcripts for command in self.parse(transcript))
         with times.stage("hands"):
             needed_s = [self.needed_until_s(c) for c in commands if c.act is Act.COMMAND]
             until_s = max([watch_until_s, *needed_s])
-            hands = self.watch(recording, until_s, heard.attention) if np.isfinite(until_s) else ()
+            hands = self.detect_hands(recording, until_s, heard.attention) if np.isfinite(until_s) else ()
         groundings = self.ground_all(recording, commands, hands, times=times)
         return ChainResult(heard.transcripts, commands, hands, groundings, times.spent_s)
 

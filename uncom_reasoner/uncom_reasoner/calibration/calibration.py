@@ -7,17 +7,18 @@ what was meant was not there). Tables come from takes with a known truth; nothin
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from uncom_common.transforms import FloatArray
 from uncom_perception.types import Scene
 
+from uncom_reasoner.calibration.options import CALIBRATION, CalibrationOptions
 from uncom_reasoner.posterior.posterior import NONE
-from uncom_reasoner.types import Candidate, FloatArray
-
-BINS = 10
+from uncom_reasoner.types import Candidate
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +58,7 @@ class Bin:
     right: float
 
 
-def reliability(probabilities: Sequence[float], right: Sequence[bool], bins: int = BINS) -> tuple[Bin, ...]:
+def reliability(probabilities: Sequence[float], right: Sequence[bool], bins: int = CALIBRATION.bins) -> tuple[Bin, ...]:
     """Sort choices into bins of probability; empty bins are left out."""
     p, r = np.asarray(probabilities, dtype=float), np.asarray(right, dtype=float)
     edges = np.linspace(0.0, 1.0, bins + 1)
@@ -71,36 +72,40 @@ def reliability(probabilities: Sequence[float], right: Sequence[bool], bins: int
 
 def calibration_error(found: Sequence[Bin]) -> float:
     """Return the expected calibration error: the mean gap between probability and share that is right."""
-    total = sum(one.count for one in found)
-    return sum(one.count * abs(one.probability - one.right) for one in found) / total if total else 0.0
+    total = sum(one_bin.count for one_bin in found)
+    gaps = sum(one_bin.count * abs(one_bin.probability - one_bin.right) for one_bin in found)
+    return gaps / total if total else 0.0
 
 
-def scene_without(scene: Scene, thing_id: str) -> Scene:
-    """Return a scene as it would be answered without one of its things: what a speaker of that thing would meet.
+def scene_without(scene: Scene, detection_id: str, options: CalibrationOptions = CALIBRATION) -> Scene:
+    """Return a scene as it would be answered without one of its objects: what a speaker of that object would meet.
 
-    Phrase scores are shares of soft memberships f_i with none = prod(1 - f_i) (see objects.phrases); they are undone
-    and shared anew.
+    Phrase scores are shares of soft memberships f_i with none = prod(1 - f_i) (see objects.phrases of the perception);
+    they are undone and shared anew.
     """
-    kept = tuple(d for d in scene.detections if d.id != thing_id)
+    kept = tuple(d for d in scene.detections if d.id != detection_id)
     columns, none = [], []
     for k in range(len(scene.phrase_none)):
         scores = np.array([d.phrase_scores[k] if k < len(d.phrase_scores) else 0.0 for d in scene.detections])
-        fits = _memberships(scores, scene.phrase_none[k])
-        left = np.array([f for d, f in zip(scene.detections, fits, strict=True) if d.id != thing_id])
-        rest = float(np.prod(1.0 - left)) if len(left) else 1.0
-        none.append(rest)
-        columns.append(left / left.sum() * (1.0 - rest) if left.sum() > 0.0 else left)
-    things = tuple(replace(d, phrase_scores=tuple(float(column[i]) for column in columns)) for i, d in enumerate(kept))
-    return replace(scene, detections=things, phrase_none=tuple(none))
+        memberships = _find_memberships(scores, scene.phrase_none[k], options)
+        remaining = np.array([f for d, f in zip(scene.detections, memberships, strict=True) if d.id != detection_id])
+        no_match = float(np.prod(1.0 - remaining)) if len(remaining) else 1.0
+        none.append(no_match)
+        total = remaining.sum()
+        columns.append(remaining / total * (1.0 - no_match) if total > 0.0 else remaining)
+    detections = tuple(
+        replace(d, phrase_scores=tuple(float(column[i]) for column in columns)) for i, d in enumerate(kept)
+    )
+    return replace(scene, detections=detections, phrase_none=tuple(none))
 
 
-def _memberships(scores: FloatArray, none: float) -> FloatArray:
-    """Return f with f_i proportional to the scores and prod(1 - f_i) = none."""
-    if scores.sum() <= 1e-9 or none >= 1.0:
+def _find_memberships(scores: FloatArray, none: float, options: CalibrationOptions) -> FloatArray:
+    """Return f (N,) with f_i proportional to the scores and prod(1 - f_i) = none."""
+    if math.isclose(scores.sum(), 0.0, abs_tol=1e-9) or none >= 1.0:
         return np.zeros_like(scores)
     shape = scores / scores.max()
-    low, high = 0.0, 0.995
-    for _ in range(50):
+    low, high = 0.0, options.max_membership
+    for _ in range(options.bisection_steps):
         middle = (low + high) / 2.0
         low, high = (middle, high) if float(np.prod(1.0 - middle * shape)) > none else (low, middle)
     return np.asarray(low * shape)

@@ -21,11 +21,12 @@ from pathlib import Path
 
 import numpy as np
 from scipy.optimize import minimize
+from uncom_common.transforms import FloatArray
 
 from uncom_reasoner.calibration.calibration import Table, calibration_error, reliability
+from uncom_reasoner.calibration.options import FIT, FitOptions
 from uncom_reasoner.exceptions import InvalidWeightsError, ReasonerError
 from uncom_reasoner.posterior.posterior import NONE
-from uncom_reasoner.types import FloatArray
 from uncom_reasoner.weights import DEFAULT_FILE, Weights, load_weights
 
 logger = logging.getLogger(__name__)
@@ -43,15 +44,15 @@ FACTORS = {
     "rival": "rival",
 }
 FITTED = tuple(dict.fromkeys(FACTORS.values()))
-PRIOR_SPREAD = 0.2  # of the logarithm of a multiplier around 1: few takes move it little
-NONE_SPREAD = 1.0
-ABSENT_SHARE = 0.15  # how often people speak of what is not there, for tables that were made by taking it away
-MOST_WRONG = 0.05
-SHARES = np.linspace(0.55, 0.95, 17)
 
 
-def fit(tables: Sequence[Table], start: Weights) -> Weights:
+def fit(tables: Sequence[Table], start: Weights, options: FitOptions = FIT) -> Weights:
     """Return the weights with fitted multipliers and "none".
+
+    Args:
+        tables: choices with the truth.
+        start: weights that the tables were made with.
+        options: of the penalties.
 
     Raises:
         InvalidWeightsError: there are no tables.
@@ -60,37 +61,38 @@ def fit(tables: Sequence[Table], start: Weights) -> Weights:
         raise InvalidWeightsError("there are no tables to fit weights to; run the benchmark with other seeds first")
     present = sum(table.truth != NONE for table in tables)
     absent = max(len(tables) - present, 1)
-    share = ABSENT_SHARE * max(present, 1) / absent
+    share = options.absent_share * max(present, 1) / absent
     shares = np.array([1.0 if table.truth != NONE else share for table in tables])
-    found = minimize(_loss, np.zeros(len(FITTED) + 1), (tables, shares, start), method="L-BFGS-B")
-    return _with(start, found.x)
+    found = minimize(_loss, np.zeros(len(FITTED) + 1), (tables, shares, start, options), method="L-BFGS-B")
+    return _apply_multipliers(start, found.x)
 
 
-def _with(start: Weights, x: FloatArray) -> Weights:
+def _apply_multipliers(start: Weights, x: FloatArray) -> Weights:
     scaled = {name: round(getattr(start, name) * float(np.exp(x[i])), 3) for i, name in enumerate(FITTED)}
     return dataclasses.replace(start, **scaled, none_discount=round(max(start.none_discount + float(x[-1]), 0.0), 3))
 
 
-def _loss(x: FloatArray, tables: Sequence[Table], shares: FloatArray, start: Weights) -> float:
+def _loss(x: FloatArray, tables: Sequence[Table], shares: FloatArray, start: Weights, options: FitOptions) -> float:
+    """Return the penalised negative log likelihood of logarithms of multipliers, the last the change of "none"."""
     weights = dataclasses.replace(
         start,
         **{name: getattr(start, name) * float(np.exp(x[i])) for i, name in enumerate(FITTED)},
         none_discount=max(start.none_discount + float(x[-1]), 0.0),
     )
-    losses = [-np.log(max(probabilities(t, weights, start)[t.truth], 1e-6)) for t in tables]
-    prior = float(np.sum((x[:-1] / PRIOR_SPREAD) ** 2) + (x[-1] / NONE_SPREAD) ** 2) / 2.0
+    losses = [-np.log(max(reweigh(t, weights, start)[t.truth], options.min_likelihood)) for t in tables]
+    prior = float(np.sum((x[:-1] / options.prior_sigma) ** 2) + (x[-1] / options.none_sigma) ** 2) / 2.0
     return float(np.dot(shares, losses)) + prior
 
 
-def probabilities(table: Table, weights: Weights, made_with: Weights) -> Mapping[str, float]:
+def reweigh(table: Table, weights: Weights, made_with: Weights) -> Mapping[str, float]:
     """Return the candidates' probabilities with other weights than the table was made with."""
-    logs = np.array([_log(name, factors, weights, made_with) for name, factors in table.candidates])
+    logs = np.array([_reweighed_log(name, factors, weights, made_with) for name, factors in table.candidates])
     p = np.exp(logs - logs.max())
     p = p / p.sum()
     return {name: float(q) for (name, _), q in zip(table.candidates, p, strict=True)}
 
 
-def _log(name: str, factors: Mapping[str, float], weights: Weights, made_with: Weights) -> float:
+def _reweighed_log(name: str, factors: Mapping[str, float], weights: Weights, made_with: Weights) -> float:
     total = -(weights.none_discount - made_with.none_discount) if name == NONE else 0.0
     for factor, log in factors.items():
         field = FACTORS.get(factor)
@@ -98,27 +100,30 @@ def _log(name: str, factors: Mapping[str, float], weights: Weights, made_with: W
     return total
 
 
-def accepted(table: Table, weights: Weights, made_with: Weights) -> tuple[str, float]:
-    """Return which thing is taken ("" for a question or a refusal) and its share among the things."""
-    p = probabilities(table, weights, made_with)
-    things = sorted(((q, name) for name, q in p.items() if name != NONE), reverse=True)
-    total = sum(q for q, _ in things)
-    if not things or p.get(NONE, 0.0) > total:
+def accept(table: Table, weights: Weights, made_with: Weights) -> tuple[str, float]:
+    """Return which object is taken ("" for a question or a refusal) and its share among the objects."""
+    p = reweigh(table, weights, made_with)
+    objects = sorted(((q, name) for name, q in p.items() if name != NONE), reverse=True)
+    total = sum(q for q, _ in objects)
+    if not objects or p.get(NONE, 0.0) > total:
         return "", 0.0
-    second = things[1][0] if len(things) > 1 else 0.0
-    share = things[0][0] / total
-    clear = share >= weights.min_probability and things[0][0] >= weights.min_odds * second
-    return (things[0][1] if clear else ""), share
+    (best, name), *others = objects
+    second = others[0][0] if others else 0.0
+    share = best / total
+    clear = share >= weights.min_probability and best >= weights.min_odds * second
+    return (name if clear else ""), share
 
 
-def with_thresholds(tables: Sequence[Table], weights: Weights, made_with: Weights) -> Weights:
-    """Choose the lowest share at which at most MOST_WRONG of the accepted choices are wrong (with one to spare)."""
-    for share in SHARES:
-        odds = max(1.5, round(share / (1.0 - share) / 1.5, 2))
+def choose_thresholds(
+    tables: Sequence[Table], weights: Weights, made_with: Weights, options: FitOptions = FIT
+) -> Weights:
+    """Choose the lowest thresholds at which few enough of the accepted choices are wrong (with one to spare)."""
+    for share in np.linspace(options.min_threshold, options.max_threshold, options.threshold_steps):
+        odds = max(options.least_odds, round(share / (1.0 - share) / options.odds_divisor, 2))
         tried = dataclasses.replace(weights, min_probability=round(float(share), 3), min_odds=odds)
-        choices = [(accepted(t, tried, made_with)[0], t.truth) for t in tables if t.truth != NONE]
-        taken = [thing == truth for thing, truth in choices if thing]
-        if (len(taken) - sum(taken) + 1) <= MOST_WRONG * max(len(taken), 1):
+        choices = [(accept(t, tried, made_with)[0], t.truth) for t in tables if t.truth != NONE]
+        right = [name == truth for name, truth in choices if name]
+        if (len(right) - sum(right) + 1) <= options.max_wrong_share * max(len(right), 1):
             return tried
     return weights
 
@@ -153,17 +158,17 @@ def main(args: Sequence[str] | None = None) -> int:
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
     try:
         tables, start = read_tables(options.takes), load_weights(options.start)
-        weights = with_thresholds(tables, fit(tables, start), start)
+        weights = choose_thresholds(tables, fit(tables, start), start)
     except ReasonerError as error:
         logger.error("%s", error)  # noqa: TRY400 (one line for the user)
         return 2
     for name, used in (("before", start), ("after", weights)):
-        logger.info("%s: %s", name, summary(tables, used, start))
-    options.out.write_text(written(weights), encoding="utf-8")
+        logger.info("%s: %s", name, summarize(tables, used, start))
+    options.out.write_text(format_weights(weights), encoding="utf-8")
     return 0
 
 
-def written(weights: Weights) -> str:
+def format_weights(weights: Weights) -> str:
     """Return weights as YAML with the shipped file's remarks."""
     values = dataclasses.asdict(weights)
     lines = []
@@ -173,15 +178,15 @@ def written(weights: Weights) -> str:
     return "\n".join(lines) + "\n"
 
 
-def summary(tables: Sequence[Table], weights: Weights, made_with: Weights) -> str:
+def summarize(tables: Sequence[Table], weights: Weights, made_with: Weights) -> str:
     """Say how the weights do on tables."""
     present = [t for t in tables if t.truth != NONE]
-    chosen = [accepted(t, weights, made_with) for t in present]
+    chosen = [accept(t, weights, made_with) for t in present]
     taken = [(thing == t.truth, share) for (thing, share), t in zip(chosen, present, strict=True) if thing]
-    best = [max(probabilities(t, weights, made_with).items(), key=lambda kv: kv[1]) for t in tables]
+    best = [max(reweigh(t, weights, made_with).items(), key=lambda kv: kv[1]) for t in tables]
     bins = reliability([q for _, q in best], [name == t.truth for (name, _), t in zip(best, tables, strict=True)])
     wrong = sum(not right for right, _ in taken)
-    refused = sum(not accepted(t, weights, made_with)[0] for t in tables if t.truth == NONE)
+    refused = sum(not accept(t, weights, made_with)[0] for t in tables if t.truth == NONE)
     return (
         f"{len(tables)} tables, {len(present)} with the thing: {len(taken)} taken, {wrong} of them wrong; "
         f"{refused} of {len(tables) - len(present)} refused where it was taken away; "

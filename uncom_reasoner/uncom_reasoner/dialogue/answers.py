@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which choice a person names: by the words that only one choice has, or by its number."""
+"""Which choice of a question a person names: by the words that only one choice has, or by its number."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 
 from uncom_reasoner.dialogue.types import Question
 
-NUMBER_WORDS = {
+ORDINALS = {
     "first": 0,
     "second": 1,
     "third": 2,
@@ -16,7 +16,7 @@ NUMBER_WORDS = {
     "latter": -1,
     "last": -1,
 }
-EMPTY = frozenset(
+FILLER_WORDS = frozenset(
     (
         "the",
         "a",
@@ -44,7 +44,7 @@ EMPTY = frozenset(
     )
 )
 # The person's "my" is the speaker's side, whatever the robot calls it.
-SIDES = {
+SIDE_PRONOUNS = {
     "speaker": frozenset(("i", "my", "mine", "me")),
     "robot": frozenset(("you", "your", "yours", "robot", "robots")),
 }
@@ -58,20 +58,20 @@ def find_choice(text: str, question: Question) -> str:
     """
     said = split_words(text)
     if question.part == "perspective":
-        named = [side for side in question.candidate_ids if said & SIDES.get(side, frozenset())]
+        named = [side for side in question.candidate_ids if said & SIDE_PRONOUNS.get(side, frozenset())]
         return named[0] if len(named) == 1 else ""
     if said & NEGATIONS:
         return ""
-    choices = [split_words(choice) - EMPTY for choice in question.choices]
+    choices = [split_words(choice) - FILLER_WORDS for choice in question.choices]
     named = []
-    for i, mine in enumerate(choices):
-        others = frozenset().union(*(other for j, other in enumerate(choices) if j != i))
-        if said & (mine - others):
+    for i, words in enumerate(choices):
+        shared = frozenset().union(*(other for j, other in enumerate(choices) if j != i))
+        if said & (words - shared):
             named.append(question.candidate_ids[i])
     if named:
         return named[0] if len(named) == 1 else ""
-    numbers = {NUMBER_WORDS[word] for word in said if word in NUMBER_WORDS}
-    extra = said - EMPTY - set(NUMBER_WORDS)
+    numbers = {ORDINALS[word] for word in said if word in ORDINALS}
+    extra = said - FILLER_WORDS - set(ORDINALS)
     if len(numbers) == 1 and not extra and -1 <= (number := numbers.pop()) < len(question.candidate_ids):
         return question.candidate_ids[number]
     return ""

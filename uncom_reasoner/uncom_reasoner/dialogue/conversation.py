@@ -19,6 +19,7 @@ from uncom_reasoner.dialogue.discourse import amend_command, given_after_correct
 from uncom_reasoner.dialogue.options import CONVERSATION, ConversationOptions
 from uncom_reasoner.dialogue.questions import formulate_question
 from uncom_reasoner.dialogue.types import End, Ending, Question
+from uncom_reasoner.gesture_types import RayObservation
 from uncom_reasoner.grounding.decision import failed_command
 from uncom_reasoner.grounding.ground import ground_parts
 from uncom_reasoner.pointing.ray_fusion import assign_dwells, segment_dwells
@@ -26,7 +27,7 @@ from uncom_reasoner.posterior.context import Context, build_context
 from uncom_reasoner.posterior.discourse_memory import DiscourseMemory, remember
 from uncom_reasoner.posterior.object_likelihood import Query, weigh_candidates
 from uncom_reasoner.posterior.posterior import NONE
-from uncom_reasoner.types import Decision, Evidence, Given, RayObservation, Status
+from uncom_reasoner.types import Decision, Evidence, Given, Status
 from uncom_reasoner.weights import Weights
 
 NO_ANSWER = "I got no answer, so I leave everything as it is."

@@ -15,7 +15,7 @@ from uncom_reasoner.dialogue.types import Answer, End, Ending, Question, Questio
 
 
 class Dialogue:
-    """The state: no question, or one that is open until `deadline_s`."""
+    """The state: no question, or one that is open until `deadline_s`; all times are on the caller's clock [s]."""
 
     def __init__(self, options: ConversationOptions = CONVERSATION) -> None:
         """Start with no question; options tell how often one is said again."""
@@ -54,7 +54,7 @@ class Dialogue:
             return self._choose(question.candidate_ids[answer.choice]) if known else None
         if answer.verdict is Verdict.UNKNOWN:
             return self._choose(find_choice(answer.text, question))
-        return self._decided(yes=answer.verdict is Verdict.YES)
+        return self._decide(yes=answer.verdict is Verdict.YES)
 
     def heard(self, command: Command) -> Ending | None:
         """Take what a person said while the question is open; None: it stays open (see `reminder`)."""
@@ -66,10 +66,10 @@ class Dialogue:
         if command.act is Act.COMMAND:
             return self._end(End.DROPPED, command=command)
         if command.act in (Act.YES, Act.NO):
-            return self._decided(yes=command.act is Act.YES)
-        return self._other_words(command, question)
+            return self._decide(yes=command.act is Act.YES)
+        return self._take_words(command, question)
 
-    def _other_words(self, command: Command, question: Question) -> Ending | None:
+    def _take_words(self, command: Command, question: Question) -> Ending | None:
         """Take words that are neither yes nor no: one of the choices, or a part said in another way."""
         named = find_choice(command.text, question) if question.kind is QuestionKind.GROUNDING else ""
         if named:
@@ -81,7 +81,7 @@ class Dialogue:
         return None
 
     def pointed(self, candidate_id: str) -> Ending | None:
-        """Take a gesture at one of the candidates; it never approves a motion."""
+        """End the question with the candidate that a gesture shows; a gesture never approves a motion."""
         return self._choose(candidate_id)
 
     def reminder(self) -> str:
@@ -97,7 +97,7 @@ class Dialogue:
         """Forget the open question."""
         self.question = None
 
-    def _decided(self, *, yes: bool) -> Ending | None:
+    def _decide(self, *, yes: bool) -> Ending | None:
         """Take a plain yes or no; yes to several choices says nothing."""
         question = self.question
         if question is None:

@@ -24,19 +24,19 @@ def amend_command(last: Command, said: Command, part: str = "") -> Command:
     text = f"{last.text}; {said.text}".strip("; ")
     changed = replace(changed, text=text, index=said.index, count=said.count)
     if said.target is not None or said.relation is not Relation.NONE:
-        changed = _with_target(changed, said)
+        changed = _amend_target(changed, said)
     if said.object is None:
         return changed
     where = part or ("object" if said.target is not None else find_amended_part(last, said.object))
     if where == "target":
-        return replace(changed, target=_refined(last.target, said.object))
+        return replace(changed, target=_refine_reference(last.target, said.object))
     if where == "reference2":
-        return replace(changed, reference2=_refined(last.reference2, said.object))
-    return replace(changed, object=_refined(last.object, said.object))
+        return replace(changed, reference2=_refine_reference(last.reference2, said.object))
+    return replace(changed, object=_refine_reference(last.object, said.object))
 
 
 def find_amended_part(last: Command, said: Reference) -> str:
-    """Return which part of a command a thing amends: the one whose noun it repeats, else the object."""
+    """Return which part of a command a reference amends: the one whose noun it repeats, else the object."""
     if is_place_word(said) or is_table(said):
         return "target"
     heads = {
@@ -48,15 +48,15 @@ def find_amended_part(last: Command, said: Reference) -> str:
     return same[0] if same else "object"
 
 
-def _refined(old: Reference | None, new: Reference) -> Reference:
-    """Return the new words; "the green one" is a thing of the old kind, "this" is whatever is pointed at."""
+def _refine_reference(old: Reference | None, new: Reference) -> Reference:
+    """Return the new words; "the green one" is an object of the old kind, "this" is whatever is pointed at."""
     if old is None or is_bare(old) or not (new.head.lower() in SUBSTITUTE_HEADS or (is_bare(new) and new.modifiers)):
         return new if old is None or new.deictic or not is_bare(new) or new.modifiers else replace(old, span=new.span)
     text = " ".join([*(m for m in new.modifiers), old.head])
     return replace(new, text=text, head=old.head, concrete=old.concrete, quantity=old.quantity)
 
 
-def _with_target(command: Command, said: Command) -> Command:
+def _amend_target(command: Command, said: Command) -> Command:
     primitive = command.primitive
     if said.primitive is not Primitive.NONE:
         primitive = said.primitive
@@ -79,20 +79,26 @@ def _with_target(command: Command, said: Command) -> Command:
 def given_after_correction(decision: Decision | None, said: Command, changed: Command, last: Command) -> Given:
     """Return what stays settled when a command that was decided is corrected.
 
-    The part that is not spoken of stays what it was; a thing that is corrected is not the one it was; "a bit to the
-    left" starts from where the thing was to go.
+    The part that is not spoken of stays what it was; an object that is corrected is not the one it was; "a bit to the
+    left" starts from where the object was to go.
+
+    Args:
+        decision: on the last command.
+        said: the correction.
+        changed: the last command, amended.
+        last: the last command.
     """
     if decision is None or decision.grounded.object is None:
         return Given()
     g = decision.grounded
     among: dict[str, frozenset[str]] = {}
     excluded: dict[str, frozenset[str]] = {}
-    thing = frozenset((decision.grounded.object.id,)) if decision.grounded.object is not None else frozenset()
+    moved = frozenset((decision.grounded.object.id,))
     receiver = frozenset((g.target.detection.id,)) if g.target.detection is not None else frozenset()
     if changed.object is last.object:
-        among["object"] = thing
+        among["object"] = moved
     else:
-        excluded["object"] = thing
+        excluded["object"] = moved
     if changed.target is last.target and g.target.kind is TargetKind.OBJECT:
         among["target"] = receiver
     elif said.target is None and changed.target is not last.target and receiver:

@@ -13,8 +13,8 @@ from uncom_language.types import Command, Reference, Span
 
 from uncom_reasoner.detector_phrases import is_bare, is_place_word
 from uncom_reasoner.evidence.options import GESTURE_TIMING, GestureTimingOptions
+from uncom_reasoner.gesture_types import RayObservation
 from uncom_reasoner.pointing.ray_fusion import assign_dwells, phrase_span, segment_dwells
-from uncom_reasoner.types import RayObservation
 from uncom_reasoner.weights import Weights
 
 

@@ -20,8 +20,8 @@ from uncom_reasoner.config import ReasonerConfig
 from uncom_reasoner.evidence.frame_buffer import SceneFrame, StampedBuffer, choose_scene_frame
 from uncom_reasoner.evidence.gesture_timing import gestures_complete_at_s, object_end_s, words_span
 from uncom_reasoner.evidence.options import GESTURE_TIMING, SENSOR_MEMORY, GestureTimingOptions, SensorMemoryOptions
+from uncom_reasoner.gesture_types import RayObservation
 from uncom_reasoner.pointing.ray_fusion import observe_rays
-from uncom_reasoner.types import RayObservation
 from uncom_reasoner.weights import Weights
 
 logger = logging.getLogger(__name__)

@@ -22,7 +22,7 @@ Layout (positions on the support are [x, y] in metres, or pixels if `table.metri
      "perspective": "robot" | "speaker" | "": whose left and right was taken,
      "readings": [{"perspective", "prior", "probability", "outcome", "chosen"}],
      "cells": [{"id", "polygon", "centre", "occupied_by": ids or "", "chosen"}],
-     "refused": readings not taken, "notes": [...],
+     "refused": interpretations not taken, "notes": [...],
      "without": {"gesture" | "words": {"object" | "target": {"likeliest", "probability"}}},
      "thresholds": {"min_probability", "min_odds"}, "backends": [...]}
 
@@ -38,9 +38,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from uncom_common.transforms import FloatArray
 from uncom_language.types import Command
 
-from uncom_reasoner.types import Candidate, Choice, Decision, Dwell, FloatArray, PhraseRay, Status, TargetKind
+from uncom_reasoner.gesture_types import Dwell, PhraseRay
+from uncom_reasoner.types import Candidate, Choice, Decision, Interpretation, Status, TargetKind
 from uncom_reasoner.weights import Weights
 
 
@@ -80,22 +82,23 @@ def explain(command: Command, decision: Decision, scene_frame_s: float, weights:
         "second": _choice(decision.second) if decision.second is not None else None,
         "doubt": {"part": decision.doubt.part, "choices": list(decision.doubt.choices)} if decision.doubt else None,
         "perspective": decision.perspective,
-        "readings": [
-            {
-                "perspective": r.perspective,
-                "prior": r.prior,
-                "probability": r.probability,
-                "outcome": r.outcome,
-                "chosen": r.chosen,
-            }
-            for r in decision.interpretations
-        ],
+        "readings": [_interpretation(i) for i in decision.interpretations],
         "cells": _cells(decision),
         "refused": list(decision.refused),
         "notes": list(decision.notes),
         "without": _without(decision),
         "thresholds": {"min_probability": weights.min_probability, "min_odds": weights.min_odds},
         "backends": list(g.backends),
+    }
+
+
+def _interpretation(interpretation: Interpretation) -> dict[str, Any]:
+    return {
+        "perspective": interpretation.perspective,
+        "prior": interpretation.prior,
+        "probability": interpretation.probability,
+        "outcome": interpretation.outcome,
+        "chosen": interpretation.chosen,
     }
 
 

@@ -18,12 +18,13 @@ from uncom_perception.types import Detection
 
 from uncom_reasoner.detector_phrases import CONTAINER
 from uncom_reasoner.exceptions import NoPlaceError
+from uncom_reasoner.gesture_types import PhraseRay, TablePoint
 from uncom_reasoner.grounding.options import CONTAINERS, ContainerOptions
 from uncom_reasoner.grounding.place_resolution import TargetResult, pose_on_support
 from uncom_reasoner.posterior.context import Context
 from uncom_reasoner.posterior.phrase_gestures import main_dwell_z
 from uncom_reasoner.support.receptacle import find_opening, find_receiving_outline, fits_in
-from uncom_reasoner.types import Choice, GroundedTarget, PhraseRay, TablePoint, TargetKind
+from uncom_reasoner.types import Choice, GroundedTarget, TargetKind
 
 
 def is_container(detection_id: str, context: Context, options: ContainerOptions = CONTAINERS) -> bool:

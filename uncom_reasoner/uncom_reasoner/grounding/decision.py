@@ -11,20 +11,12 @@ from uncom_language.types import Command
 from uncom_perception.types import Detection
 
 from uncom_reasoner.exceptions import AmbiguousError, CannotGroundError, NotSupportedError, UnsettledError
+from uncom_reasoner.gesture_types import PhraseRay
 from uncom_reasoner.grounding.phrasing import caption_reference, caption_target
 from uncom_reasoner.grounding.place_resolution import TargetResult
 from uncom_reasoner.posterior.context import Context
 from uncom_reasoner.posterior.object_likelihood import Query, weigh_candidates
-from uncom_reasoner.types import (
-    Candidate,
-    Choice,
-    Counterfactual,
-    Decision,
-    Doubt,
-    GroundedCommand,
-    PhraseRay,
-    Status,
-)
+from uncom_reasoner.types import Candidate, Choice, Counterfactual, Decision, Doubt, GroundedCommand, Status
 
 
 def failed_command(command: Command, reason: str) -> GroundedCommand:
@@ -66,43 +58,29 @@ def build_decision(
         result: the target.
         candidates: what was weighed for an object that was not settled.
     """
-    evidence = context.evidence
-    status = Status.GROUNDED
-    if error is not None:
-        status = Status.AMBIGUOUS if isinstance(error, AmbiguousError) else Status.FAILED
-    receiver = result.target.detection.id if result is not None and result.target.detection is not None else ""
-    grounded = GroundedCommand(
-        stamp_s=evidence.scene.stamp_s,
-        frame_id=evidence.scene.frame_id,
-        utterance_id=command.utterance_id,
-        index=command.index,
-        status=status,
-        reason=str(error) if error is not None else "",
-        object_text=caption_reference(command.object),
-        action_text=command.action_text,
-        target_text=caption_target(command),
-        primitive=command.primitive,
-        relation=command.relation.value,
+    grounded = replace(
+        failed_command(command, str(error) if error is not None else ""),
+        stamp_s=context.evidence.scene.stamp_s,
+        frame_id=context.evidence.scene.frame_id,
+        status=_status_of(error),
         object=detection,
         object_probability=choice.probability if choice is not None else 0.0,
-        scene=tuple(d for d in context.detections if (detection is None or d.id != detection.id) and d.id != receiver),
-        table=evidence.scene.table,
+        scene=_others(context, detection, result),
+        table=context.evidence.scene.table,
         object_candidates=choice.candidates if choice is not None else candidates,
-        object_frame_s=evidence.object_frame_s,
-        target_frame_s=evidence.target_frame_s,
-        backends=tuple(
-            x for x in (f"language={command.backend}", f"detection={evidence.scene.backend}") if x[-1] != "="
-        ),
+        object_frame_s=context.evidence.object_frame_s,
+        target_frame_s=context.evidence.target_frame_s,
+        backends=_backends(command, context),
     )
-    outline = context.surface.polygon
     if detection is not None and isinstance(error, UnsettledError):
         grounded = replace(grounded, target_candidates=error.candidates)
     doubt = None
     if isinstance(error, AmbiguousError):
         doubt = Doubt(error.part or ("object" if detection is None else "target"), error.choices)
+    outline = context.surface.polygon
     decision = Decision(
         grounded,
-        notes=(*evidence.notes, *command.notes),
+        notes=(*context.evidence.notes, *command.notes),
         rules={} if choice is None else {"object": choice.rule},
         doubt=doubt,
         object_ray=rays[0],
@@ -114,6 +92,24 @@ def build_decision(
         else _find_counterfactuals(command, rays, detection, result, context),
     )
     return decision if result is None else _add_target(decision, result)
+
+
+def _status_of(error: CannotGroundError | None) -> Status:
+    if error is None:
+        return Status.GROUNDED
+    return Status.AMBIGUOUS if isinstance(error, AmbiguousError) else Status.FAILED
+
+
+def _others(context: Context, moved: Detection | None, result: TargetResult | None) -> tuple[Detection, ...]:
+    """Return what was seen beside the object and its receiver."""
+    receiver = result.target.detection if result is not None else None
+    used = {detection.id for detection in (moved, receiver) if detection is not None}
+    return tuple(d for d in context.detections if d.id not in used)
+
+
+def _backends(command: Command, context: Context) -> tuple[str, ...]:
+    names = {"language": command.backend, "detection": context.evidence.scene.backend}
+    return tuple(f"{stage}={name}" for stage, name in names.items() if name)
 
 
 def _add_target(decision: Decision, result: TargetResult) -> Decision:

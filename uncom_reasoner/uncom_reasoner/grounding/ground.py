@@ -13,6 +13,7 @@ from uncom_language.types import Command, Reference, Relation
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.detector_phrases import depends_on_perspective, is_unspecific, replace_parts
 from uncom_reasoner.exceptions import CannotGroundError
+from uncom_reasoner.gesture_types import PhraseRay
 from uncom_reasoner.grounding.decision import build_decision
 from uncom_reasoner.grounding.ground_group import select_members
 from uncom_reasoner.grounding.ground_single import find_gestures, ground_once
@@ -22,7 +23,7 @@ from uncom_reasoner.posterior.context import Context, build_context
 from uncom_reasoner.posterior.discourse_memory import DiscourseMemory
 from uncom_reasoner.posterior.object_likelihood import Query, weigh_candidates
 from uncom_reasoner.support.support_plane import find_centre
-from uncom_reasoner.types import Candidate, Decision, Evidence, PhraseRay, Status, TargetKind
+from uncom_reasoner.types import Candidate, Decision, Evidence, Status, TargetKind
 from uncom_reasoner.weights import Weights, load_weights
 
 

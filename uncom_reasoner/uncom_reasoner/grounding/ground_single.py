@@ -9,6 +9,7 @@ from uncom_language.types import Command, Relation
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.detector_phrases import asks_to_return, is_pronoun, is_unspecific, leaves_choice_open
 from uncom_reasoner.exceptions import AmbiguousError, CannotGroundError, UnsettledError
+from uncom_reasoner.gesture_types import PhraseRay
 from uncom_reasoner.grounding.decision import build_decision
 from uncom_reasoner.grounding.phrasing import repeat_reference
 from uncom_reasoner.grounding.target_resolution import resolve_target
@@ -18,7 +19,7 @@ from uncom_reasoner.posterior.discourse_memory import DiscourseMemory
 from uncom_reasoner.posterior.object_likelihood import Query, weigh_candidates
 from uncom_reasoner.posterior.phrase_gestures import find_gesture
 from uncom_reasoner.posterior.posterior import NONE, choose
-from uncom_reasoner.types import Candidate, Choice, Decision, Evidence, PhraseRay
+from uncom_reasoner.types import Candidate, Choice, Decision, Evidence
 from uncom_reasoner.weights import Weights
 
 WITHOUT_TARGET = (Primitive.PICK, Primitive.GIVE, Primitive.POINT)

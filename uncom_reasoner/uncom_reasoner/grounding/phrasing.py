@@ -57,42 +57,42 @@ def caption_target(command: Command) -> str:
     return f"{relation} {words}{second}".strip()
 
 
-def sentence(command: Command, grounded: GroundedCommand) -> str:
+def compose_sentence(command: Command, grounded: GroundedCommand) -> str:
     """Return what the robot says: what it understood, or why it could not."""
     if grounded.status is not Status.GROUNDED:
         return grounded.reason
-    thing = f"the {_called(command.object, grounded.object)}" if grounded.object is not None else "it"
-    place = _place(command, grounded)
+    moved = f"the {_name_detection(command.object, grounded.object)}" if grounded.object is not None else "it"
+    place = _describe_place(command, grounded)
     if not place:
-        return f"I take {thing}."
+        return f"I take {moved}."
     if command.primitive is Primitive.POUR:
-        return f"I pour from {thing} {place.replace('in ', 'into ', 1)}."
-    return f"I take {thing} and put {'them' if grounded.parts > 1 else 'it'} {place}."
+        return f"I pour from {moved} {place.replace('in ', 'into ', 1)}."
+    return f"I take {moved} and put {'them' if grounded.parts > 1 else 'it'} {place}."
 
 
-def proposal(command: Command, grounded: GroundedCommand) -> str:
+def compose_proposal(command: Command, grounded: GroundedCommand) -> str:
     """Return the question whether to do it (paper, section III-J): "Shall I take the lemon and put it in the bowl?"."""
-    words = sentence(command, grounded).removeprefix("I ").removesuffix(".")
+    words = compose_sentence(command, grounded).removeprefix("I ").removesuffix(".")
     more = f" There are {grounded.parts} of them." if grounded.parts > 1 else ""
     return f"Shall I {words}?{more}"
 
 
-def _called(reference: Reference | None, thing: Detection) -> str:
+def _name_detection(reference: Reference | None, detection: Detection) -> str:
     """Return the speaker's own noun where there is one, with the colour where a finger chose among several."""
     if reference is None or is_bare(reference) or is_place_word(reference):
-        return describe_detection(thing)
+        return describe_detection(detection)
     words = " ".join(w for w in reference.text.split() if w not in (reference.deictic, "other"))
-    colour = dominant_colour(thing) if reference.deictic or reference.other else ""
+    colour = dominant_colour(detection) if reference.deictic or reference.other else ""
     return words if not colour or colour in words.split() else f"{colour} {words}"
 
 
-def _place(command: Command, grounded: GroundedCommand) -> str:
+def _describe_place(command: Command, grounded: GroundedCommand) -> str:
     target = grounded.target
     if target.kind is TargetKind.NONE:
         return ""
     if target.kind is TargetKind.OBJECT and target.detection is not None:
         preposition = "in" if grounded.primitive in (Primitive.PUT_IN, Primitive.POUR) else "on"
-        return f"{preposition} the {_called(command.target, target.detection)}"
+        return f"{preposition} the {_name_detection(command.target, target.detection)}"
     if command.relation in RELATION_WORDS and command.target is not None:
         second = f" and {repeat_reference(command.reference2)}" if command.reference2 is not None else ""
         return f"{RELATION_WORDS[command.relation]} {repeat_reference(command.target)}{second}"
@@ -101,7 +101,7 @@ def _place(command: Command, grounded: GroundedCommand) -> str:
     return "there, where you point"
 
 
-def refusal(command: Command) -> str:
+def compose_refusal(command: Command) -> str:
     """Return what to say to an utterance that is no complete command."""
     if command.act is Act.INCOMPLETE:
         return command.reason or "Something is missing in what I understood. Please say it again."

@@ -9,11 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from shapely.geometry import Polygon
 from uncom_common.primitive import Primitive
+from uncom_common.transforms import FloatArray
 from uncom_language.types import Command, Reference, Relation
 from uncom_perception.types import Detection
 
 from uncom_reasoner.detector_phrases import is_table, leaves_choice_open
 from uncom_reasoner.exceptions import AmbiguousError, CannotGroundError, NoPlaceError
+from uncom_reasoner.gesture_types import PhraseRay, TablePoint
 from uncom_reasoner.grounding.options import ASIDE, AsideOptions
 from uncom_reasoner.grounding.phrasing import repeat_reference
 from uncom_reasoner.posterior.context import Context
@@ -31,7 +33,7 @@ from uncom_reasoner.support.place_costs import (
 )
 from uncom_reasoner.support.spatial_relations import DIRECTIONAL, RelationGoal, relation_direction
 from uncom_reasoner.support.support_plane import find_centre
-from uncom_reasoner.types import Cell, Choice, FloatArray, GroundedTarget, PhraseRay, TablePoint, TargetKind
+from uncom_reasoner.types import Cell, Choice, GroundedTarget, TargetKind
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from uncom_reasoner.detector_phrases import (
     leaves_choice_open,
 )
 from uncom_reasoner.exceptions import AmbiguousError, NotSupportedError
+from uncom_reasoner.gesture_types import PhraseRay, TablePoint
 from uncom_reasoner.grounding.container_rule import find_pointed_container, is_container, put_into
 from uncom_reasoner.grounding.phrasing import repeat_reference
 from uncom_reasoner.grounding.place_resolution import (
@@ -39,7 +40,6 @@ from uncom_reasoner.posterior.phrase_gestures import main_dwell_z
 from uncom_reasoner.posterior.posterior import NONE, choose, mark_chosen
 from uncom_reasoner.support.place_costs import AREA_HEADS
 from uncom_reasoner.support.spatial_relations import RELATIVE
-from uncom_reasoner.types import PhraseRay, TablePoint
 
 
 def resolve_target(command: Command, moved: Detection, ray: PhraseRay, context: Context) -> TargetResult:

@@ -14,8 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from uncom_common.transforms import FloatArray
 from uncom_perception.types import Box, Detection
 
+from uncom_reasoner.gesture_types import Dwell, PhraseRay, RayInSpace, TablePoint
 from uncom_reasoner.pointing.options import (
     POINTING_LIKELIHOOD,
     TABLE_POINT,
@@ -23,7 +25,7 @@ from uncom_reasoner.pointing.options import (
     TablePointOptions,
 )
 from uncom_reasoner.support.support_plane import Surface
-from uncom_reasoner.types import Dwell, FloatArray, PhraseRay, RayInSpace, TablePoint, View
+from uncom_reasoner.types import View
 from uncom_reasoner.weights import Weights
 
 

@@ -14,13 +14,13 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
-from uncom_common.transforms import apply
+from uncom_common.transforms import FloatArray, apply
 from uncom_language.types import Reference, Span
 from uncom_perception.types import Hand, HandsFrame, PointingRay
 
+from uncom_reasoner.gesture_types import Dwell, PhraseRay, RayInSpace, RayObservation
 from uncom_reasoner.pointing.options import RAY_FUSION, RayFusionOptions
 from uncom_reasoner.pointing.ray_tracks import associate_rays
-from uncom_reasoner.types import Dwell, FloatArray, PhraseRay, RayInSpace, RayObservation
 from uncom_reasoner.weights import Weights
 
 TransformAt = Callable[[float], FloatArray | None]  # (4, 4) camera to scene at a stamp [s]

@@ -8,8 +8,8 @@ from itertools import groupby
 
 import numpy as np
 
+from uncom_reasoner.gesture_types import RayObservation
 from uncom_reasoner.pointing.options import RAY_TRACK, RayTrackOptions
-from uncom_reasoner.types import RayObservation
 
 
 def associate_rays(

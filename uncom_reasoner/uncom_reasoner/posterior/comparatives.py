@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from uncom_common.transforms import FloatArray
 from uncom_language.types import Reference
 from uncom_perception.types import Detection
 
@@ -18,7 +19,7 @@ from uncom_reasoner.exceptions import NotSupportedError
 from uncom_reasoner.posterior.context import Context
 from uncom_reasoner.posterior.options import COMPARISON, ComparisonOptions
 from uncom_reasoner.support.support_plane import find_centre, measure_extent
-from uncom_reasoner.types import Candidate, FloatArray
+from uncom_reasoner.types import Candidate
 
 COLOURS = ("colour", "color")
 

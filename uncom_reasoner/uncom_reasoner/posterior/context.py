@@ -13,10 +13,11 @@ from uncom_perception.types import Detection
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.detector_phrases import detector_phrase, resolve_antecedent
 from uncom_reasoner.exceptions import InvalidGroundingError
+from uncom_reasoner.gesture_types import Dwell
 from uncom_reasoner.pointing.ray_fusion import segment_dwells
 from uncom_reasoner.posterior.discourse_memory import DiscourseMemory
 from uncom_reasoner.support.support_plane import Surface, build_surface, compute_footprint
-from uncom_reasoner.types import Dwell, Evidence
+from uncom_reasoner.types import Evidence
 from uncom_reasoner.weights import Weights
 
 

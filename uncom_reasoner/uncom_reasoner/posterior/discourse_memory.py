@@ -5,11 +5,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from uncom_common.transforms import FloatArray
 from uncom_language.types import Command
 from uncom_perception.types import Detection
 
 from uncom_reasoner.detector_phrases import resolve_antecedent
-from uncom_reasoner.types import FloatArray, GroundedCommand, Status
+from uncom_reasoner.types import GroundedCommand, Status
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from shapely.geometry import Polygon
 from uncom_common.primitive import Primitive
+from uncom_common.transforms import FloatArray
 from uncom_language.types import Reference, Relation
 from uncom_perception.types import Detection
 
@@ -30,6 +31,7 @@ from uncom_reasoner.detector_phrases import (
     is_table,
     iterate_references,
 )
+from uncom_reasoner.gesture_types import PhraseRay
 from uncom_reasoner.pointing.pointing_likelihood import ray_log_likelihood
 from uncom_reasoner.posterior.comparatives import comparison_logs, exclusion_logs, rank_logs
 from uncom_reasoner.posterior.context import Context
@@ -38,7 +40,7 @@ from uncom_reasoner.posterior.phrase_gestures import find_anchor_gesture, pointi
 from uncom_reasoner.posterior.posterior import NONE, describe_detection, normalize
 from uncom_reasoner.support.spatial_relations import relation_log_likelihood
 from uncom_reasoner.support.support_plane import find_centre
-from uncom_reasoner.types import Candidate, Factor, FloatArray, PhraseRay
+from uncom_reasoner.types import Candidate, Factor
 
 AND = "and"  # joins B to A in "between A and B"
 Factors = dict[str, dict[str, float]]  # natural logs by object id and name of the factor

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from uncom_language.types import Reference, Span
 from uncom_perception.types import Detection
 
+from uncom_reasoner.gesture_types import PhraseRay
 from uncom_reasoner.pointing.pointing_likelihood import PointingError, pointing_error
 from uncom_reasoner.pointing.ray_fusion import assign_dwells, phrase_span
 from uncom_reasoner.posterior.context import Context
-from uncom_reasoner.types import PhraseRay
 
 
 def find_gesture(role: str, reference: Reference, context: Context, other_spans: Sequence[Span] = ()) -> PhraseRay:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One thread that does things in the order in which they were handed to it."""
+"""One thread that carries out calls in the order in which they were handed over."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ logger = logging.getLogger(__name__)
 
 
 class Worker:
-    """A queue with one thread; a fault of one thing does not keep the next from being done."""
+    """A queue with one thread; a call that raises does not keep the next from being carried out."""
 
-    def __init__(self, complain: Callable[[str], object] = logger.error) -> None:
-        """Start idle; `complain` is told of faults."""
-        self._complain = complain
+    def __init__(self, log_error: Callable[[str], object] = logger.error) -> None:
+        """Start idle; log_error is told of calls that raised."""
+        self._log_error = log_error
         self._pool = ThreadPoolExecutor(max_workers=1, thread_name_prefix="deciding")
         self._lock = threading.Lock()
-        self._left = 0
+        self._pending = 0
 
     @property
     def busy(self) -> bool:
-        """Whether something that was handed over is not done."""
+        """Whether a call that was handed over has not ended."""
         with self._lock:
-            return self._left > 0
+            return self._pending > 0
 
     def run(self, work: Callable[..., object], *args: object) -> None:
-        """Hand something over; after `close` it is dropped."""
+        """Hand a call over; after `close` it is dropped."""
         with self._lock:
-            self._left += 1
+            self._pending += 1
         try:
             self._pool.submit(self._safely, work, *args)
         except RuntimeError:  # closed
@@ -40,14 +40,14 @@ class Worker:
         try:
             work(*args)
         except Exception as error:  # noqa: BLE001 (see the class)
-            self._complain(f"{getattr(work, '__name__', work)} failed: {error!r}")
+            self._log_error(f"{getattr(work, '__name__', work)} failed: {error!r}")
         finally:
             self._done()
 
     def _done(self) -> None:
         with self._lock:
-            self._left -= 1
+            self._pending -= 1
 
     def close(self) -> None:
-        """Let what is being done end, and drop the rest."""
+        """Let the call in progress end, and drop the rest."""
         self._pool.shutdown(wait=True, cancel_futures=True)

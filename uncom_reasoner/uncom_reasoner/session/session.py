@@ -35,7 +35,7 @@ from uncom_reasoner.evidence.evidence_builder import build_evidence
 from uncom_reasoner.evidence.sensor_memory import SensorMemory
 from uncom_reasoner.exceptions import InvalidGroundingError
 from uncom_reasoner.grounding.decision import failed_command
-from uncom_reasoner.grounding.phrasing import proposal, refusal, sentence
+from uncom_reasoner.grounding.phrasing import compose_proposal, compose_refusal, compose_sentence
 from uncom_reasoner.session.clock import Clock
 from uncom_reasoner.session.consent import ConsentGate
 from uncom_reasoner.session.events import DecisionDue, Events, QuestionAsked, Report, StageTimes, StopMotion, say
@@ -106,7 +106,7 @@ class Session:
             self._enqueue(amended, first=True)
             return self._take_back(amended)
         elif command.act in (Act.REFUSED, Act.INCOMPLETE, Act.FRAGMENT):
-            return self._refuse(command, refusal(command))
+            return self._refuse(command, compose_refusal(command))
         return ()
 
     def _take_back(self, amended: AmendedCommand) -> Events:
@@ -115,7 +115,7 @@ class Session:
         if command is None:
             return ()
         grounded = replace(failed_command(command, "Corrected."), status=Status.CANCELLED)
-        return (Report(command, Decision(grounded), sentence(command, grounded)),)
+        return (Report(command, Decision(grounded), compose_sentence(command, grounded)),)
 
     def _enqueue(self, change: AmendedCommand, *, first: bool = False) -> None:
         task = GroundingTask(
@@ -273,7 +273,7 @@ class Session:
 
     def _refuse(self, command: Command, reason: str, latency_s: float = 0.0) -> Events:
         grounded = replace(failed_command(command, reason), latency_s=latency_s)
-        words = sentence(command, grounded)
+        words = compose_sentence(command, grounded)
         return (Report(command, Decision(grounded), words), *say(words))
 
     def _report(self, turn: Turn, scene_s: float, latency_s: float) -> Events:
@@ -281,8 +281,8 @@ class Session:
         for decision in turn.decisions:
             grounded = replace(decision.grounded, latency_s=latency_s)
             if grounded.status is Status.GROUNDED:
-                self.consent.expect(grounded.utterance_id, grounded.index, proposal(turn.command, grounded))
-            words = sentence(turn.command, grounded)
+                self.consent.expect(grounded.utterance_id, grounded.index, compose_proposal(turn.command, grounded))
+            words = compose_sentence(turn.command, grounded)
             reports.append(Report(turn.command, replace(decision, grounded=grounded), words, scene_s, turn.evidence))
         question = () if turn.question is None else (QuestionAsked(turn.question),)
         return (*reports, *question, *say(reports[0].sentence))

@@ -15,13 +15,14 @@ import numpy as np
 import shapely
 from shapely.geometry import MultiPoint, Polygon
 from shapely.geometry.base import BaseGeometry
+from uncom_common.transforms import FloatArray
 
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.exceptions import NoPlaceError
 from uncom_reasoner.support.options import PLACE_SEARCH, PlaceSearchOptions
 from uncom_reasoner.support.support_plane import Surface, as_polygon, find_centre
 from uncom_reasoner.support.voronoi_cells import build_occupancy_map
-from uncom_reasoner.types import Candidate, Cell, Choice, Factor, FloatArray, Rule
+from uncom_reasoner.types import Candidate, Cell, Choice, Factor, Rule
 
 NO_TABLE = "I cannot see a table to put it on."
 # Costs of centres (N, 2) with the moved outline (M, 2); infinite where the wish is not met.

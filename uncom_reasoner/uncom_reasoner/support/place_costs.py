@@ -8,15 +8,16 @@ import re
 import numpy as np
 import shapely
 from shapely.geometry import Polygon
+from uncom_common.transforms import FloatArray
 from uncom_language.types import Reference, Relation
 
 from uncom_reasoner.detector_phrases import is_table
 from uncom_reasoner.exceptions import NoPlaceError
+from uncom_reasoner.gesture_types import TablePoint
 from uncom_reasoner.support.free_place_search import NO_TABLE, Cost
 from uncom_reasoner.support.options import PLACE_COST, PlaceCostOptions
 from uncom_reasoner.support.spatial_relations import RelationGoal
 from uncom_reasoner.support.support_plane import Surface, as_polygon, find_centre
-from uncom_reasoner.types import FloatArray, TablePoint
 
 AREA_HEADS = frozenset(
     ("corner", "middle", "center", "centre", "edge", "side", "left", "right", "front", "back", "end")

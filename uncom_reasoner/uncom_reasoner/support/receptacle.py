@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 from shapely.geometry import Point, Polygon
+from uncom_common.transforms import FloatArray
 from uncom_perception.types import Detection
 
 from uncom_reasoner.support.options import RECEPTACLE, SURFACE, ReceptacleOptions
 from uncom_reasoner.support.support_plane import Surface, compute_footprint, find_centre
-from uncom_reasoner.types import FloatArray
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from shapely.geometry import Polygon
+from uncom_common.transforms import FloatArray
 from uncom_language.types import Relation
 
 from uncom_reasoner.support.options import (
@@ -21,7 +22,6 @@ from uncom_reasoner.support.options import (
     RelationLikelihoodOptions,
 )
 from uncom_reasoner.support.support_plane import Surface, find_centre
-from uncom_reasoner.types import FloatArray
 
 DIRECTIONAL = (Relation.LEFT_OF, Relation.RIGHT_OF, Relation.IN_FRONT_OF, Relation.BEHIND)
 RELATIVE = (*DIRECTIONAL, Relation.NEXT_TO, Relation.NEAR, Relation.BETWEEN)

@@ -15,13 +15,13 @@ import numpy.typing as npt
 import shapely
 from shapely.geometry import MultiPoint, Polygon, box
 from shapely.geometry.base import BaseGeometry
-from uncom_common.robot_dimensions import SHOULDER_Y_M
-from uncom_common.transforms import apply, invert
+from uncom_common.options import ROBOT
+from uncom_common.transforms import FloatArray, apply, invert
 from uncom_perception.types import Detection, Scene, TableSurface
 
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.support.options import SURFACE, SurfaceOptions
-from uncom_reasoner.types import FloatArray, View
+from uncom_reasoner.types import View
 
 POLYGON_CORNERS = 3  # a polygon has at least so many
 
@@ -97,7 +97,7 @@ def _is_outline(corners: FloatArray) -> bool:
 def _base_surface(polygon: Polygon | None, height: float, config: PlacingConfig, sign: float) -> Surface:
     transform = np.eye(4)
     transform[2, 3] = -height
-    y = SHOULDER_Y_M
+    y = ROBOT.shoulder_y_m
     return replace(
         _in_metres(polygon, transform, sign),
         shoulders=((0.0, y), (0.0, -y)),

@@ -15,10 +15,11 @@ import numpy.typing as npt
 import shapely
 from scipy.spatial import Voronoi
 from shapely.geometry import Polygon
+from uncom_common.transforms import FloatArray
 
 from uncom_reasoner.support.options import VORONOI, VoronoiOptions
 from uncom_reasoner.support.support_plane import as_polygon
-from uncom_reasoner.types import Cell, FloatArray
+from uncom_reasoner.types import Cell
 
 
 def build_occupancy_map(

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from uncom_common.robot_dimensions import SHOULDER_Y_M
+from uncom_common.options import ROBOT
 
 from uncom_tiago_exec.exceptions import (
     ExecutionError,
@@ -39,7 +39,7 @@ def in_order(
     scored = []
     for side, arm in arms.items():
         sign = 1.0 if side == "left" else -1.0
-        shoulder = np.array([-0.03, sign * SHOULDER_Y_M])
+        shoulder = np.array([-0.03, sign * ROBOT.shoulder_y_m])
         for grasp in grasps:
             at = grasp.pose[:2, 3]
             far = at if goal is None else max((at, goal.xy), key=lambda p: -sign * float(p[1]))

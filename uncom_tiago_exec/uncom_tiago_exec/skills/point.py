@@ -9,8 +9,8 @@ from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
+from uncom_common.options import ROBOT
 from uncom_common.primitive import Primitive
-from uncom_common.robot_dimensions import SHOULDER_Y_M
 
 from uncom_tiago_exec.exceptions import InCollisionError, UnreachableError
 from uncom_tiago_exec.planning.alternatives import Alternatives, Record
@@ -72,7 +72,7 @@ def pointing(request: PlanRequest) -> tuple[ArmPlanner, FloatArray]:
 
 def _hands(arm: ArmPlanner, at: FloatArray) -> Iterator[FloatArray]:
     """Yield hand poses (4, 4) with the approach axis through a point, from where the arm comes first."""
-    azimuth = float(np.arctan2(at[1] - SHOULDER_Y_M * _sign(arm), at[0]))
+    azimuth = float(np.arctan2(at[1] - ROBOT.shoulder_y_m * _sign(arm), at[0]))
     for pitch in _PITCHES:
         for yaw in azimuth + _YAWS:
             pose = np.eye(4)

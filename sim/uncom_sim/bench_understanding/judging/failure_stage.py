@@ -9,7 +9,8 @@ import numpy as np
 from uncom_common.primitive import Primitive
 from uncom_language.types import Command, Reference, Relation
 from uncom_reasoner.detector_phrases import GENERIC_NOUNS, detector_phrase, is_bare, is_place_word
-from uncom_reasoner.types import Evidence, RayObservation
+from uncom_reasoner.gesture_types import RayObservation
+from uncom_reasoner.types import Evidence
 
 from uncom_sim.bench_understanding.judging.options import FAILURE_STAGES, FailureStageOptions
 from uncom_sim.bench_understanding.judging.verdict import Verdict, matched_object_id

@@ -64,7 +64,7 @@ def perturbed_evaluation(
     The words are the true ones, so that a curve shows its own difficulty alone.
     """
     words = true_transcript(recording)
-    hands = chain.watch(recording, words.words[-1].end_s + 2.0, chain.hear(recording).attention)
+    hands = chain.detect_hands(recording, words.words[-1].end_s + 2.0, chain.transcribe(recording).attention)
 
     def right(level: float) -> bool:
         rng = np.random.default_rng([plan.world_seed, 77])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the chained cores hear of a recording, and when the eyes are told of it: speech makes them attentive."""
+"""From the sound of a recording to transcripts, and when speech makes the gesture reader expect a pointing hand."""
 
 from __future__ import annotations
 
@@ -14,37 +14,41 @@ from uncom_language.speech.streaming_transcriber import StreamingTranscriber, Tr
 from uncom_language.types import Transcript
 from uncom_perception.hands.pointing_attention import expected_after_speech, expected_after_words
 
+from uncom_bringup.chain.options import TRANSCRIPTION, TranscriptionOptions
 from uncom_bringup.chain.recording import Recording
-
-_CHUNK_S = 0.05  # as the robot's audio driver sends it
-_QUIET_S = 1.0
-_PATIENCE_S = 600.0
 
 
 @dataclass(frozen=True, slots=True)
 class Attention:
-    """From at_s [s] on a pointing hand is expected until until_s [s], as gesture_node does when it is told."""
+    """From at_s [s] on a pointing hand is expected until until_s [s], as in the gesture node."""
 
     at_s: float
     until_s: float
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
-    """Utterances, their ids counted from 1, and when they made the eyes attentive, in order of time."""
+class Transcription:
+    """Utterances, their ids counted from 1, and when a pointing hand is expected for them, in order of time."""
 
     transcripts: tuple[Transcript, ...]
     attention: tuple[Attention, ...]
 
 
-def hear(recognizer: Recognizer, speech: SpeechConfig, attention_s: float, recording: Recording) -> Heard:
-    """Let a recogniser hear a recording in the chunks of the robot's driver.
+def transcribe(
+    recognizer: Recognizer,
+    speech: SpeechConfig,
+    attention_s: float,
+    recording: Recording,
+    options: TranscriptionOptions = TRANSCRIPTION,
+) -> Transcription:
+    """Transcribe a recording in the chunks of the robot's driver, as the speech node does.
 
     Args:
         recognizer: of the speech.
         speech: parameters of speech_node.
         attention_s: of gesture_node.
         recording: whose sound is heard, and some quiet after it, so that the last word has its end.
+        options: of the chunks.
     """
     transcripts, attention = list[Transcript](), list[Attention]()
     now_s = recording.sound_start_s
@@ -60,20 +64,19 @@ def hear(recognizer: Recognizer, speech: SpeechConfig, attention_s: float, recor
         if status.state is SpeechState.SPEECH:
             attention.append(Attention(now_s, expected_after_speech(status.examined_until_s, attention_s)))
 
-    options = TranscriberOptions(
-        speech.endpointer(), "utterance", speech.backlog_s, end_of_turn_pause_from_config(speech)
-    )
-    listener = StreamingTranscriber(lambda: recognizer, on_transcript, on_status, options)
+    pause = end_of_turn_pause_from_config(speech)
+    transcriber_options = TranscriberOptions(speech.endpointer(), "utterance", speech.backlog_s, pause)
+    transcriber = StreamingTranscriber(lambda: recognizer, on_transcript, on_status, transcriber_options)
     rate = recording.sample_rate
-    sound = np.concatenate([recording.samples, np.zeros(round(_QUIET_S * rate), np.int16)])
-    step = round(_CHUNK_S * rate)
-    listener.start()
+    sound = np.concatenate([recording.samples, np.zeros(round(options.quiet_s * rate), np.int16)])
+    step = round(options.chunk_s * rate)
+    transcriber.start()
     try:
         for first in range(0, len(sound), step):
             chunk = sound[first : first + step]
             now_s = recording.sound_start_s + (first + len(chunk)) / rate
-            listener.feed(chunk, rate, recording.sound_start_s + first / rate)
-            listener.wait_until_idle(_PATIENCE_S)  # so that nothing waits or is dropped, however slow the machine is
+            transcriber.feed(chunk, rate, recording.sound_start_s + first / rate)
+            transcriber.wait_until_idle(options.max_wait_s)
     finally:
-        listener.stop()
-    return Heard(tuple(transcripts), tuple(attention))
+        transcriber.stop()
+    return Transcription(tuple(transcripts), tuple(attention))
