@@ -19,7 +19,7 @@ take = make_take(plan)  # colour and depth images, camera, transforms, and the w
 commands = parse_transcript(true_transcript(take))
 
 chain = Chain()  # loads hand detector, object detector and reasoner with the nodes' own parameters
-hands = chain.watch(take, until_s=max(map(chain.needed_until_s, commands)))
+hands = chain.detect_hands(take, until_s=max(map(chain.needed_until_s, commands)))
 pointing = sum(any(hand.pointing for hand in frame.hands) for frame in hands)
 print(f'"{plan.scene.say}" ({pointing} images with a pointing hand)')
 
