@@ -20,9 +20,14 @@ def recognizer_from_config(config: SpeechConfig) -> Recognizer:
 
 
 def end_of_turn_pause_from_config(config: SpeechConfig) -> Callable[[str], float]:
-    """Return what tells after which pause [s] an utterance of some words is over; see end_of_turn_pause_s."""
-    quick_s = min(config.quick_pause_s, config.hang_over_s)
-    return partial(end_of_turn_pause_s, quick_s=quick_s, full_s=config.hang_over_s, language=config.language)
+    """Return end_of_turn_pause_s of a configuration: a function from the words so far to a pause [s]."""
+    complete_pause_s = min(config.quick_pause_s, config.hang_over_s)
+    return partial(
+        end_of_turn_pause_s,
+        complete_pause_s=complete_pause_s,
+        incomplete_pause_s=config.hang_over_s,
+        language=config.language,
+    )
 
 
 def understanding_from_config(config: LanguageConfig) -> LanguageUnderstanding:

@@ -77,7 +77,7 @@ class LanguageUnderstanding:
         else:
             commands = self._by_grammar(transcript)
             if self._llm is not None:
-                commands = self._compared(commands, self._by_model(transcript))
+                commands = self._note_agreement(commands, self._by_model(transcript))
         corrected = (
             correct_nouns(command, self._vocabulary, transcript.alternatives, self._language, closed_world=False)
             for command in commands
@@ -97,7 +97,7 @@ class LanguageUnderstanding:
             refused = Command(transcript.utterance_id, Act.REFUSED, transcript.text, reason=str(error))
             return (replace(refused, backend=self._llm.backend),)
 
-    def _compared(self, ours: tuple[Command, ...], models: tuple[Command, ...]) -> tuple[Command, ...]:
+    def _note_agreement(self, ours: tuple[Command, ...], models: tuple[Command, ...]) -> tuple[Command, ...]:
         """Note what the model reads otherwise; its reading counts only where the grammar has none."""
         (other,) = models
         first = ours[0]
@@ -107,7 +107,7 @@ class LanguageUnderstanding:
         if (other.act, agreement_key(other)) == (first.act, agreement_key(first)):
             note = "the language model agrees"
         else:
-            note = f"the language model reads this otherwise: {_in_words(other)}"
+            note = f"the language model reads this otherwise: {_describe(other)}"
         return tuple(replace(command, backend=self.backend, notes=(*command.notes, note)) for command in ours)
 
     def _by_grammar(self, transcript: Transcript) -> tuple[Command, ...]:
@@ -118,12 +118,12 @@ class LanguageUnderstanding:
             if other.score < -self._max_loss:
                 break
             commands = parse_transcript(replace(transcript, words=other.words), self._language)
-            if all(command.act is Act.COMMAND for command in commands) and self._close(transcript, other):
+            if all(command.act is Act.COMMAND for command in commands) and self._begins_alike(transcript, other):
                 note = f"heard {transcript.text!r}; taken as the alternative {other.text!r} ({other.score:.1f})"
                 return tuple(replace(command, notes=(*command.notes, note)) for command in commands)
         return best
 
-    def _close(self, transcript: Transcript, other: Alternative) -> bool:
+    def _begins_alike(self, transcript: Transcript, other: Alternative) -> bool:
         """Whether both hypotheses begin with the same word: an alternative never invents the action."""
         return bool(transcript.words and other.words) and transcript.words[0].text == other.words[0].text
 
@@ -132,7 +132,7 @@ def _is_broken(commands: tuple[Command, ...]) -> bool:
     return any(command.act in (Act.REFUSED, Act.INCOMPLETE) for command in commands)
 
 
-def _in_words(command: Command) -> str:
+def _describe(command: Command) -> str:
     if command.act is not Act.COMMAND:
         return command.reason
     primitive, relation, reference, place = agreement_key(command)

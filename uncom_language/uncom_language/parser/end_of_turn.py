@@ -11,19 +11,23 @@ from uncom_language.types import Act, Command, Reference, Relation
 _COMPLETE_ACTS = frozenset({Act.STOP, Act.CANCEL, Act.YES})
 
 
-def end_of_turn_pause_s(words: str, quick_s: float, full_s: float, language: str = "en") -> float:
+def end_of_turn_pause_s(words: str, complete_pause_s: float, incomplete_pause_s: float, language: str = "en") -> float:
     """Return the pause [s] after which an utterance of these words is over.
 
     Args:
         words: heard so far.
-        quick_s: after a command that lacks nothing.
-        full_s: after words that are no command yet.
+        complete_pause_s: after a command that lacks nothing.
+        incomplete_pause_s: after words that are no command yet.
         language: language pack.
     """
     if not words:
-        return full_s
+        return incomplete_pause_s
     ones = load_parser(language).lexicon.ones
-    return full_s if any(_is_likely_continued(command, ones) for command in parse_text(words, language)) else quick_s
+    return (
+        incomplete_pause_s
+        if any(_is_likely_continued(command, ones) for command in parse_text(words, language))
+        else complete_pause_s
+    )
 
 
 def _is_likely_continued(command: Command, ones: frozenset[str]) -> bool:

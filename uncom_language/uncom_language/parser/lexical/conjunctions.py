@@ -5,11 +5,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from uncom_language.parser.lexical.tokens import PREMODIFIERS, Token
+from uncom_language.parser.lexical.tokens import OBJECT_TAGS, Token
 
-_PLACE_TAGS = frozenset({"RELATION", "TO", "SOURCE", "BETWEEN", "SIDE", "PLACE", "RECIPIENT"})
+_PLACE_OR_RECIPIENT_TAGS = frozenset({"RELATION", "TO", "SOURCE", "BETWEEN", "SIDE", "PLACE", "RECIPIENT"})
 _CONJUNCTION_TAGS = frozenset({"AND", "CLAUSE_AND", "THEN"})
-_OBJECT_START_TAGS = PREMODIFIERS | {"NOUN", "ONE", "PRONOUN"}
 _OBJECT_END_TAGS = frozenset({"NOUN", "ONE", "PRONOUN", "DEICTIC", "PLACE", "SIDE", "OTHER", "ADJECTIVE"})
 
 
@@ -55,9 +54,9 @@ class _ClauseState:
             return _ClauseState()
         return _ClauseState(
             self.verb or tag == "VERB",
-            self.place or tag in _PLACE_TAGS,
+            self.place or tag in _PLACE_OR_RECIPIENT_TAGS,
             (self.between or tag == "BETWEEN") and tag != "AND",
-            self.reference or tag in _OBJECT_START_TAGS,
+            self.reference or tag in OBJECT_TAGS,
         )
 
 
@@ -75,13 +74,13 @@ def _unspoken_conjunction(
     if token.tag == before.tag == "DEICTIC":
         return "AND"  # "this, this and this"
     comma = any(before.last <= index < token.first for index in commas)
-    if comma and clause.verb and token.tag in _OBJECT_START_TAGS and before.tag in _OBJECT_END_TAGS:
+    if comma and clause.verb and token.tag in OBJECT_TAGS and before.tag in _OBJECT_END_TAGS:
         return "CLAUSE_AND" if clause.place else "AND"  # "the fork, the knife and the spoon"
     return ""
 
 
 def _conjunction_tag(following: str, clause: _ClauseState) -> str:
-    if following in ("VERB", "THEN", "") or (following in _PLACE_TAGS and not clause.between):
+    if following in ("VERB", "THEN", "") or (following in _PLACE_OR_RECIPIENT_TAGS and not clause.between):
         return "CLAUSE_AND"
     if clause.between:
         return "AND"

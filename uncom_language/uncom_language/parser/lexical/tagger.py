@@ -17,7 +17,7 @@ _TAGS_BEFORE_NOUN = PREMODIFIERS | {
     "EXCEPT",
 }  # fmt: skip
 _PLACE_OPENING_TAGS = ("RELATION", "TO")
-_PLACE_TAGS = frozenset(("RELATION", "PLACE", "BETWEEN"))
+_PLACE_CONTENT_TAGS = frozenset(("RELATION", "PLACE", "BETWEEN"))
 _TOKEN_PATTERN = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_](?:[^\W\d_]|')*|[.;!?,:]")
 
 
@@ -79,7 +79,7 @@ def remove_false_starts(items: Sequence[RawToken], tokens: Sequence[Token]) -> t
     for number, token in enumerate(tokens):
         ahead = [other.tag for other in tokens[number + 1 : number + 3]]
         length = 2 if ahead[:1] == ["DETERMINER"] else 1
-        if token.tag in _PLACE_OPENING_TAGS and set(ahead[length - 1 : length]) & _PLACE_TAGS:
+        if token.tag in _PLACE_OPENING_TAGS and set(ahead[length - 1 : length]) & _PLACE_CONTENT_TAGS:
             abandoned.update(range(token.first, tokens[number + length - 1].last + 1))
     return tuple(item for item in items if item.index not in abandoned or item.is_break)
 

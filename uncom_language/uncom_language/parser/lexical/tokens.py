@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 # What may stand before a noun within its phrase.
 PREMODIFIERS = frozenset({"DETERMINER", "DEICTIC", "COUNT", "OTHER", "SAME", "ADJECTIVE"})
+# What a noun phrase is made of.
+OBJECT_TAGS = PREMODIFIERS | {"NOUN", "ONE", "PRONOUN"}
 
 
 @dataclass(frozen=True, slots=True)

@@ -176,7 +176,9 @@ class ClauseReader:
 
     def _split_phrases(self, kind: str, parts: _Parts) -> tuple[list[LocativePhrase], list[LocativePhrase]]:
         """Return the phrases that say where the object is to go, and those that say which object is meant."""
-        leading, following, destinations = ([p for p in places if p.kind != "recipient"] for places in _chains(parts))
+        leading, following, destinations = (
+            [p for p in places if p.kind != "recipient"] for places in _locative_chains(parts)
+        )
         # "not the red one", "similar to this": these tell which object, wherever they stand
         excluded = list(takewhile(lambda place: place.kind not in _TARGET_KINDS, leading))
         leading = leading[len(excluded) :]
@@ -252,7 +254,7 @@ class ClauseReader:
         return replace(clause, relation=Relation(direction)) if direction is not None else clause
 
 
-def _chains(parts: _Parts) -> tuple[list[LocativePhrase], list[LocativePhrase], list[LocativePhrase]]:
+def _locative_chains(parts: _Parts) -> tuple[list[LocativePhrase], list[LocativePhrase], list[LocativePhrase]]:
     return parts.leading, parts.following, parts.destinations
 
 

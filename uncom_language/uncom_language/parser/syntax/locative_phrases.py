@@ -65,7 +65,7 @@ def attach_phrases(reference: Reference, places: Sequence[LocativePhrase], timin
         comparison = first.relation or result.comparison or "similar"
         return replace(result, comparison=comparison, compared_to=compared)
     elif first.kind == "excepted":
-        result = _without(result, first)
+        result = _exclude(result, first)
     elif first.kind in ("here", "pointed"):
         word = first.relation if first.kind == "here" else "this"
         if not result.deictic:
@@ -80,10 +80,10 @@ def attach_phrases(reference: Reference, places: Sequence[LocativePhrase], timin
         )
     elif first.kind == "quality":
         result = replace(result, text=f"{first.text} {result.text}", modifiers=(first.text, *result.modifiers))
-    return attach_phrases(_widened(result, first, timing), rest, timing)
+    return attach_phrases(_extend_span(result, first, timing), rest, timing)
 
 
-def _without(reference: Reference, place: LocativePhrase) -> Reference:
+def _exclude(reference: Reference, place: LocativePhrase) -> Reference:
     """Return the object with what it must not be."""
     if not place.references:
         return replace(reference, excluded_modifiers=(*reference.excluded_modifiers, place.text))
@@ -98,7 +98,7 @@ def _without(reference: Reference, place: LocativePhrase) -> Reference:
     return replace(result, comparison="except", compared_to=excluded)
 
 
-def _widened(reference: Reference, place: LocativePhrase, timing: WordTiming) -> Reference:
+def _extend_span(reference: Reference, place: LocativePhrase, timing: WordTiming) -> Reference:
     """Let the object's span run to the end of a phrase that belongs to it and holds no object of its own."""
     if place.references:
         return reference

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 
 from uncom_language.parser.lexical.lexicon import Lexicon
 from uncom_language.parser.lexical.tagger import Tagger, remove_fillers
-from uncom_language.parser.lexical.tokens import PREMODIFIERS, RawToken, Token
+from uncom_language.parser.lexical.tokens import OBJECT_TAGS, RawToken, Token
 from uncom_language.parser.options import PARSER
 from uncom_language.parser.syntax.grammar import NotInGrammarError, parse_tokens
 
-_OBJECT_TAGS = PREMODIFIERS | {"NOUN", "ONE", "PRONOUN"}
-_PLACE_TAGS = frozenset({"RELATION", "TO", "BETWEEN", "PLACE", "SIDE", "SOURCE"})
+_PLACE_START_TAGS = frozenset({"RELATION", "TO", "BETWEEN", "PLACE", "SIDE", "SOURCE"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,11 +102,12 @@ def _replacements(
     if right[0].tag == "VERB":
         yield from _replace_clause(before, after, left, lexicon, tagger)
         return
-    kinds = _PLACE_TAGS if right[0].tag in _PLACE_TAGS else _OBJECT_TAGS
+    kinds = _PLACE_START_TAGS if right[0].tag in _PLACE_START_TAGS else OBJECT_TAGS
     starts = [
         position
         for position, token in enumerate(left)
-        if token.tag in kinds and (kinds is _PLACE_TAGS or position == 0 or left[position - 1].tag not in _OBJECT_TAGS)
+        if token.tag in kinds
+        and (kinds is _PLACE_START_TAGS or position == 0 or left[position - 1].tag not in OBJECT_TAGS)
     ]
     starts.sort(key=lambda position: (_contrast_score(left, position, right), position), reverse=True)
     for position in starts:
@@ -126,7 +126,7 @@ def _replace_phrase(
 ) -> Iterator[tuple[RawToken, ...]]:
     """Yield the sentence with the phrase at `position` replaced; words after that phrase stay if they still fit."""
     end = position
-    while end < len(left) and left[end].tag in _OBJECT_TAGS | (_PLACE_TAGS if end == position else frozenset()):
+    while end < len(left) and left[end].tag in OBJECT_TAGS | (_PLACE_START_TAGS if end == position else frozenset()):
         end += 1
     tail = tuple(item for item in before if end < len(left) and item.index >= left[end].first)
     for attempt in ((*head, *after, *tail), (*head, *after)) if tail else ((*head, *after),):
@@ -150,11 +150,11 @@ def _contrast_score(left: list[Token], position: int, right: list[Token]) -> int
     score = 0
     phrase: list[Token] = []
     for token in left[position:]:
-        if token.tag not in _OBJECT_TAGS:
+        if token.tag not in OBJECT_TAGS:
             break
         phrase.append(token)
     for new in right:
-        if new.tag not in _OBJECT_TAGS:
+        if new.tag not in OBJECT_TAGS:
             break
         same = [old for old in phrase if old.tag == new.tag]
         if new.tag == "ADJECTIVE" and any(old.value == new.value for old in same):
