@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Messages of doing to values and back."""
+"""Messages of execution to values and back."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from uncom_perception.conversions import detection_from_msg, polygon_from_msg, t
 from uncom_interfaces.msg import ExecutionStatus, GroundedCommand, GroundedTarget
 from uncom_tiago_exec.types import BasePose, FloatArray, ManipulationTask, Stage, Status, Trajectory
 
-_POINTING = {"this", "that", "these", "those", "the", "a", "an", "it", "them", "here", "there", "one"}
+_DETERMINERS = {"this", "that", "these", "those", "the", "a", "an", "it", "them", "here", "there", "one"}
 
 
 def base_pose_from_matrix(matrix: FloatArray) -> BasePose:
@@ -59,7 +59,7 @@ def task_from_msg(msg: GroundedCommand) -> ManipulationTask:
 def _noun(text: str, label: str) -> str:
     """Return the words for a thing without its determiner; the label where only "this" or "here" was said."""
     words = text.split()
-    while words and words[0].lower() in _POINTING:
+    while words and words[0].lower() in _DETERMINERS:
         words = words[1:]
     return " ".join(words) or label
 
