@@ -18,6 +18,7 @@ from uncom_perception.conversions import detection_from_msg, polygon_from_msg, t
 from uncom_interfaces.msg import ExecutionStatus, GroundedCommand, GroundedTarget
 from uncom_tiago_exec.types import BasePose, FloatArray, ManipulationTask, Stage, Status, Trajectory
 
+_POLYGON_CORNERS = 3  # an area has at least so many
 _DETERMINERS = {"this", "that", "these", "those", "the", "a", "an", "it", "them", "here", "there", "one"}
 
 
@@ -38,7 +39,7 @@ def task_from_msg(msg: GroundedCommand) -> ManipulationTask:
     pose = None
     if kind != GroundedTarget.NONE:
         pose = matrix_from_pose_msg(msg.target.pose) if _has_pose(msg.target) else None
-        if pose is None and len(msg.target.area.points) >= 3:
+        if pose is None and len(msg.target.area.points) >= _POLYGON_CORNERS:
             pose = np.eye(4)
             pose[:3, 3] = polygon_from_msg(msg.target.area).mean(axis=0)
     return ManipulationTask(

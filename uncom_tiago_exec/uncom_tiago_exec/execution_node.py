@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Grounded commands to motion.
+"""The node that turns grounded commands into motion.
 
 Subscribes /uncom/grounded_command, /uncom/answer (approval), /uncom/stop, /robot_description and what RosRobot needs;
 publishes /uncom/execution_status; serves /uncom/execute and /uncom/reset. One command is carried out at a time, in
@@ -47,7 +47,7 @@ class _Job:
 
 
 class ExecutionNode(ConfiguredNode[ExecutionConfig]):
-    """The node; see the module."""
+    """Takes commands one at a time to the engine, in a worker thread, and publishes what becomes of them."""
 
     def __init__(self, **node_options: Any) -> None:
         """Make topics and start the worker; nothing is waited for."""
@@ -63,20 +63,26 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
         self._approved = False
         self._question_id = ""
         latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        one = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        latest = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         group = ReentrantCallbackGroup()
         self._status_pub = self.create_publisher(ExecutionStatus, "/uncom/execution_status", latched)
-        self.create_subscription(String, "/robot_description", self._on_description, one, callback_group=group)
+        self.create_subscription(String, "/robot_description", self._on_description, latest, callback_group=group)
         self.create_subscription(GroundedCommand, "/uncom/grounded_command", self._on_command, 10, callback_group=group)
         self.create_subscription(Answer, "/uncom/answer", self._on_answer, 10, callback_group=group)
         self.create_subscription(Empty, "/uncom/stop", self._on_stop, 10, callback_group=group)
         self.create_service(Trigger, "/uncom/reset", self._on_reset, callback_group=group)
         self._server = ActionServer(
-            self, Execute, "/uncom/execute", lambda _: Execute.Result(), goal_callback=self._on_goal,
-            handle_accepted_callback=self._on_accepted, cancel_callback=self._on_cancel, callback_group=group,
-        )  # fmt: skip
+            self,
+            Execute,
+            "/uncom/execute",
+            lambda _: Execute.Result(),
+            goal_callback=self._on_goal,
+            handle_accepted_callback=self._on_accepted,
+            cancel_callback=self._on_cancel,
+            callback_group=group,
+        )
         self._publish(None, Status(Stage.IDLE, "ready"))
-        self._worker = threading.Thread(target=self._work, name="execution", daemon=True)
+        self._worker = threading.Thread(target=self._run_worker, name="execution", daemon=True)
         self._worker.start()
 
     def destroy_node(self) -> None:
@@ -171,14 +177,14 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
 
     # What the worker thread runs.
 
-    def _work(self) -> None:
+    def _run_worker(self) -> None:
         while (job := self._jobs.get()) is not None:
             with self._lock:
                 self._current = job
                 stopped = self._stopped
                 if not stopped:
                     self._robot.resume()
-            outcome = self._refuse(job, Stage.FAILED, STOPPED_TEXT) if stopped else self._carry_out(job)
+            outcome = self._refuse(job, Stage.FAILED, STOPPED_TEXT) if stopped else self._execute(job)
             with self._lock:
                 self._current = None
                 stopped = self._stopped
@@ -188,12 +194,12 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
             if self._jobs.empty() and self.context.ok():
                 self._publish(job, Status(Stage.STOPPED, STOPPED_TEXT) if stopped else Status(Stage.IDLE, "ready"))
 
-    def _carry_out(self, job: _Job) -> Outcome:
+    def _execute(self, job: _Job) -> Outcome:
         try:
             task = self._task_in_odom(job.command)
             engine = self._engine_for(self._robot_model())
             if self.config.require_approval:
-                self._ask(job, task)
+                self._await_approval(job, task)
         except UncomError as error:
             return self._refuse(job, Stage.FAILED, str(error))
         try:
@@ -225,19 +231,19 @@ class ExecutionNode(ConfiguredNode[ExecutionConfig]):
             raise RefusedError("/robot_description has not arrived; is the robot running?")
         return self._model
 
-    def _ask(self, job: _Job, task: ManipulationTask) -> None:
+    def _await_approval(self, job: _Job, task: ManipulationTask) -> None:
         """Say that approval is awaited and wait for the answer on this thread; the reasoner puts the question.
 
         Raises:
             RefusedError: the answer is no, or none came in time.
         """
         command = job.command
-        what = f"{command.action_text or task.primitive.value} the {task.object_text or 'object'}"
-        where = f" ({task.relation.replace('_', ' ')} {task.target_text})" if task.target_text else ""
+        action = f"{command.action_text or task.primitive.value} the {task.object_text or 'object'}"
+        place = f" ({task.relation.replace('_', ' ')} {task.target_text})" if task.target_text else ""
         self._answer.clear()
         self._approved = False
         self._question_id = f"approve-{command.utterance_id}-{command.index}"
-        self._publish(job, Status(Stage.AWAITING_APPROVAL, f"may I {what}{where}?"))
+        self._publish(job, Status(Stage.AWAITING_APPROVAL, f"may I {action}{place}?"))
         answered = self._answer.wait(self.config.approval_timeout_s)
         self._question_id = ""
         if not answered:

@@ -8,8 +8,9 @@ import pytest
 from exec_fixtures import lemon_and_bowl, make_task, robot, start_positions
 from uncom_perception.types import Scene
 from uncom_tiago_exec.config import ExecutionConfig
+from uncom_tiago_exec.execution.base_approach import room_ahead
 from uncom_tiago_exec.execution.task_planner import TaskPlanner, middle_places_in_odom
-from uncom_tiago_exec.scene.base_frame import room_ahead, scene_in_odom, task_in_base, task_in_odom
+from uncom_tiago_exec.scene.base_frame import scene_in_odom, task_in_base, task_in_odom
 from uncom_tiago_exec.scene.scene_model import build_scene
 from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
 from uncom_tiago_exec.skills.relay_via_middle import after_moving, middle_places

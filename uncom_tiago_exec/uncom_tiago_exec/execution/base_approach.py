@@ -4,23 +4,27 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple, TypeVar
 
 import numpy as np
+from uncom_perception.types import TableSurface
 
 from uncom_tiago_exec.config import ExecutionConfig
-from uncom_tiago_exec.exceptions import ExecutionError
+from uncom_tiago_exec.exceptions import ExecutionError, PlanningError, UnreachableError
 from uncom_tiago_exec.execution.options import BASE_APPROACH, BaseApproachOptions
 from uncom_tiago_exec.execution.robot_interface import RobotInterface
 from uncom_tiago_exec.execution.task_planner import TaskPlanner, middle_places_in_odom
+from uncom_tiago_exec.planning.alternatives import Alternatives
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.plan import Plan
-from uncom_tiago_exec.scene.base_frame import room_ahead, task_in_base
+from uncom_tiago_exec.scene.base_frame import task_in_base
 from uncom_tiago_exec.scene.scene_model import build_scene, replace_moved
 from uncom_tiago_exec.skills.relay_via_middle import after_moving, to_middle
-from uncom_tiago_exec.types import ManipulationTask
+from uncom_tiago_exec.types import FloatArray, ManipulationTask
 
+OptionT = TypeVar("OptionT", float, FloatArray)
+ResultT = TypeVar("ResultT")
 _LOG = logging.getLogger(__name__)
 
 
@@ -73,15 +77,15 @@ class BaseApproach:
             first: index of the shortest distance that is tried.
             is_good: tells whether a plan is good enough.
         """
-        options, best = self.options, None
-        for distance in self._distances(task, first):
-            try:
-                plan = self._planner.plan(task, self._robot.base_pose().driven(distance))
-            except ExecutionError as error:
-                _LOG.debug("from %.2f m nearer: %s", distance, error)
-                continue
-            if is_good(plan) and (best is None or _quality(plan) > options.better_ratio * _quality(best.plan)):
-                best = Approach(distance, plan)
+        base, options, best = self._robot.base_pose(), self.options, None
+
+        def plan_from(distance: float) -> Approach:
+            return Approach(distance, self._planner.plan(task, base.driven(distance)))
+
+        for approach in _tried(self._distances(task, first), plan_from):
+            quality = _quality(approach.plan)
+            if is_good(approach.plan) and (best is None or quality > options.better_ratio * _quality(best.plan)):
+                best = approach
             if best is not None and _quality(best.plan) > options.doubtful_quality:
                 break
         return best
@@ -99,28 +103,27 @@ class BaseApproach:
         if relay is None:
             return None
         base = self._robot.base_pose()
-        for place in middle_places_in_odom(task, base):
+
+        def by_way_of(place: FloatArray) -> Relay:
             first = to_middle(task, place, relay)
-            try:
-                plan = self._planner.plan(first, base)
-            except ExecutionError as error:
-                _LOG.debug("not by way of %s: %s", np.round(place, 2), error)
-                continue
+            plan = self._planner.plan(first, base)
             second = task if plan.motion is None else after_moving(task, base.motion_in_odom(plan.motion))
             approach = self.find_plan(second)
-            if approach is not None:
-                return Relay(first, plan, second, approach)
-        return None
+            if approach is None:
+                raise UnreachableError("there is no way on from there")
+            return Relay(first, plan, second, approach)
+
+        return next(_tried(middle_places_in_odom(task, base), by_way_of), None)
 
     def find_drive_for_held(self, task: ManipulationTask, held: Plan) -> float | None:
         """Return how far to drive [m] so that what is held can be set down; it meets nothing on the way. Or None."""
         base = self._robot.base_pose()
-        for distance in self._distances(task, 1):
-            try:
-                self._planner.plan_held(task, base.driven(distance), held)
-            except ExecutionError as error:
-                _LOG.debug("from %.2f m nearer: %s", distance, error)
-                continue
+
+        def set_down_from(distance: float) -> float:
+            self._planner.plan_held(task, base.driven(distance), held)
+            return distance
+
+        for distance in _tried(self._distances(task, 1), set_down_from):
             on_the_way = np.arange(0.0, distance, self.options.held_check_step_m)
             if all(self._is_free(task_in_base(task, base.driven(float(there))), held) for there in on_the_way):
                 return distance
@@ -129,7 +132,7 @@ class BaseApproach:
     def _distances(self, task: ManipulationTask, first: int) -> Iterator[float]:
         """Yield the distances, from an index on, that leave the front of the base before the table."""
         base = self._robot.base_pose()
-        room = room_ahead(task_in_base(task, base).table) if self._config.drive_base else 0.0
+        room = room_ahead(task_in_base(task, base).table, self.options) if self._config.drive_base else 0.0
         yield from (distance for distance in self.distances_m[first:] if distance <= room or distance == 0.0)
 
     def _is_free(self, task: ManipulationTask, held: Plan) -> bool:
@@ -142,6 +145,23 @@ class BaseApproach:
         return checker.is_free(here) or not checker.lower_margins_at(here)
 
 
+def _tried(options: Iterable[OptionT], attempt: Callable[[OptionT], ResultT]) -> Iterator[ResultT]:
+    """Yield what succeeds of a search; whatever else is raised, nothing has moved."""
+    alternatives = Alternatives(
+        options, attempt, error=PlanningError("nothing could be tried"), recoverable=(ExecutionError,)
+    )
+    yield from alternatives
+    for option, error in alternatives.failures:
+        _LOG.debug("not from, or by way of, %s: %s", np.round(option, 2), error)
+
+
 def _quality(plan: Plan) -> float:
     """Return the quality of a plan's grasp, and 1 for a plan that needs none."""
     return 1.0 if plan.grasp is None else plan.grasp.quality
+
+
+def room_ahead(table: TableSurface | None, options: BaseApproachOptions = BASE_APPROACH) -> float:
+    """Return how far the base can drive before its front is under the edge of a table in base_footprint [m]."""
+    if table is None or len(table.polygon) == 0:
+        return 0.0
+    return float(np.asarray(table.polygon)[:, 0].min()) - options.front_m

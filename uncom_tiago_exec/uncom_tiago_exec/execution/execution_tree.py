@@ -13,8 +13,6 @@ from uncom_tiago_exec.execution.behaviours import Action, Condition, Recovery, f
 from uncom_tiago_exec.execution.held_object_actions import HeldObjectActions
 from uncom_tiago_exec.execution.task_actions import TaskActions
 
-MOST_PLACES = 5  # where what is held may be put back: where it was, and a few at the middle of the table
-
 
 class ExecutionTree:
     """Builds the tree of one command."""
@@ -23,10 +21,10 @@ class ExecutionTree:
         """Take what its leaves do."""
         self._task = task
         self._held = held
-        state, config = task.state, task.parts.config
-        self._state = state
-        self._attempts = config.grasp_attempts
+        self._state = task.state
+        self._attempts = task.parts.config.grasp_attempts
         self._drives = len(task.parts.approach.options.distances_m)
+        self._places = task.parts.approach.options.put_back_places
 
     def build(self) -> Behaviour:
         """Return the root: one tick of it carries out the command."""
@@ -119,7 +117,7 @@ class ExecutionTree:
 
     def _put_back(self) -> Behaviour:
         held, places = self._held, []
-        for number in range(MOST_PLACES):
+        for number in range(self._places):
             guard = [self._condition("it may work from elsewhere", held.may_work_elsewhere)] if number else []
             there = self._condition("there is another place", held.takes_next_place)
             places.append(

@@ -15,6 +15,12 @@ class BaseApproachOptions:
     distances_m: tuple[float, ...] = tunable(
         (0.06, 0.12), unit="m", meaning="distances that the base may drive nearer, in the order in which they are tried"
     )
+    front_m: float = tunable(
+        0.30, unit="m", meaning="distance from base_footprint to the front of the base, with some room"
+    )
+    put_back_places: int = tunable(
+        5, meaning="places that are tried to put back what is held: where it was, and some at the middle of the table"
+    )
     doubtful_quality: float = tunable(
         0.2, meaning="grasp quality up to which a short drive to a better grasp is worth its time"
     )

@@ -14,8 +14,9 @@ import numpy as np
 
 from uncom_tiago_exec.collision.collision_checker import CollisionChecker
 from uncom_tiago_exec.config import ExecutionConfig
-from uncom_tiago_exec.exceptions import InCollisionError, PlanningError, RefusedError
+from uncom_tiago_exec.exceptions import PlanningError, RefusedError
 from uncom_tiago_exec.execution.options import RECOVERY, RecoveryOptions
+from uncom_tiago_exec.planning.alternatives import BLOCKED, Alternatives
 from uncom_tiago_exec.planning.arm_planner import TABLE_ONLY, ArmPlanner
 from uncom_tiago_exec.planning.carry_planner import lean_angle, plan_upright_motion
 from uncom_tiago_exec.planning.plan import Plan
@@ -76,17 +77,11 @@ def plan_way_home(
         home = _WayHome(ArmPlanner(robot, plan.side, positions, lowered.scene, config), lowered, left, options)
     try:
         return home.planned_from(here)
-    except RefusedError as error:
-        refusal = error
-    for motion in home.along_last_motion(here):
-        end = motion.positions[-1]
-        if float(np.abs(end - home.goal).max()) < options.home_tolerance:
-            return [motion]
-        try:
-            return [motion, *home.planned_from(home.arm.group.clamp(end))]
-        except RefusedError:
-            continue
-    raise refusal
+    except RefusedError as refusal:
+        motions = home.along_last_motion(here)
+        for onward in Alternatives(motions, home.planned_after, error=refusal, recoverable=(RefusedError,)):
+            return onward
+        raise
 
 
 def plan_lift_clear(
@@ -187,20 +182,35 @@ class _WayHome:
         free = self.checker(near=False)
         if not free.is_free(goal):
             free.lower_margins_at(goal)
-        try:
-            return [arm.timed(self._path(free, here, goal), free, options.pace)]
-        except RefusedError as error:  # open fingers around an object are free, and yet find no path at random
-            refusal = error
-        near = self.checker(near=True)
-        if not near.is_free(here):
-            near.lower_margins_at(here)
-        for out in self.retreats(here, near):
-            try:
-                onward = self._path(free, out[-1], goal)
-                return [arm.timed(out, near, options.retreat_pace), arm.timed(onward, free, options.pace)]
-            except RefusedError as error:
-                refusal = error
-        raise refusal
+
+        def retreats() -> Iterator[tuple[FloatArray, CollisionChecker] | None]:
+            yield None
+            # Open fingers around an object are free, and yet find no path at random: straight out first.
+            near = self.checker(near=True)
+            if not near.is_free(here):
+                near.lower_margins_at(here)
+            yield from ((out, near) for out in self.retreats(here, near))
+
+        def planned_by(retreat: tuple[FloatArray, CollisionChecker] | None) -> list[Trajectory]:
+            if retreat is None:
+                return [arm.timed(self._path(free, here, goal), free, options.pace)]
+            out, near = retreat
+            onward = self._path(free, out[-1], goal)
+            return [arm.timed(out, near, options.retreat_pace), arm.timed(onward, free, options.pace)]
+
+        refusal = PlanningError("there is no free path")
+        return Alternatives(retreats(), planned_by, error=refusal, recoverable=(RefusedError,)).first()
+
+    def planned_after(self, motion: Trajectory) -> list[Trajectory]:
+        """Plan a motion, and from its end on to the goal if that is not there.
+
+        Raises:
+            RefusedError: there is no free path.
+        """
+        end = motion.positions[-1]
+        if float(np.abs(end - self.goal).max()) < self._options.home_tolerance:
+            return [motion]
+        return [motion, *self.planned_from(self.arm.group.clamp(end))]
 
     def _path(self, free: CollisionChecker, here: FloatArray, goal: FloatArray) -> FloatArray:
         """Return a free path (N, 8) on which a held object stays upright."""
@@ -219,14 +229,12 @@ class _WayHome:
         return arm.reaching(gap) if near else arm.free(gap)
 
     def retreats(self, here: FloatArray, near: CollisionChecker) -> Iterator[FloatArray]:
-        """Yield straight paths back along the fingers, and up, that touch nothing new; up first with an object held."""
+        """Return straight paths back along the fingers and up that touch nothing new; up first with something held."""
         up, back = np.array([0.0, 0.0, 1.0]), -self.arm.group.forward(here)[:3, 0]
-        for direction in (up, back) if self._left.holding else (back, up):
-            for distance in self._options.retreats_m:
-                try:
-                    yield self.arm.straight(near, here, distance * direction)
-                except (InCollisionError, PlanningError):
-                    continue
+        directions = (up, back) if self._left.holding else (back, up)
+        ways = (distance * direction for direction in directions for distance in self._options.retreats_m)
+        refusal = PlanningError("there is no straight way out")
+        return Alternatives(ways, lambda way: self.arm.straight(near, here, way), error=refusal, recoverable=BLOCKED)
 
     def along_last_motion(self, here: FloatArray) -> Iterator[Trajectory]:
         """Yield the rest of the last motion, forward and back, from where on it the arm is."""

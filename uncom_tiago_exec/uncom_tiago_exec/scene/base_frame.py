@@ -15,15 +15,6 @@ from uncom_perception.types import Detection, Geometry, Scene, TableSurface
 
 from uncom_tiago_exec.types import BasePose, FloatArray, ManipulationTask
 
-_FRONT = 0.30  # [m] from base_footprint to the front of the base, with some room
-
-
-def room_ahead(table: TableSurface | None) -> float:
-    """Return how far the base can drive before its front is under the edge of a table in base_footprint [m]."""
-    if table is None or len(table.polygon) == 0:
-        return 0.0
-    return float(np.asarray(table.polygon)[:, 0].min()) - _FRONT
-
 
 def task_in_base(task: ManipulationTask, base: BasePose) -> ManipulationTask:
     """Return a task of odom as it is in base_footprint with the base at a pose."""
