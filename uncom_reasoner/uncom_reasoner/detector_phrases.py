@@ -30,7 +30,7 @@ TABLE_HEADS = frozenset(["table", "desk", "tabletop", "counter", "countertop", "
 PLACE_HEADS = frozenset(["here", "there", "place", "spot", "area", "space", "position", "location"])
 PART_RELATIONS = {"top": Relation.ON, "surface": Relation.ON, "inside": Relation.IN}
 SUBSTITUTE_HEADS = frozenset(("one", "ones"))
-# words that compare things of a kind; the value says which way to sort
+# words that compare objects of a kind; the value says which way to sort
 POSITION_WORDS = {
     "left": "left",
     "leftmost": "left",
@@ -138,7 +138,7 @@ def detector_phrase(reference: Reference, antecedent: str = "") -> str:
 
 
 def comparison_axes(reference: Reference) -> tuple[str, ...]:
-    """Return the ways in which the wanted thing stands out among its kind: left, right, near, far, middle, ..."""
+    """Return the axes along which the wanted object stands out among its kind: left, right, near, far, middle, ..."""
     words = [m.lower() for m in reference.modifiers]
     return tuple((POSITION_WORDS | SIZE_WORDS)[w] for w in words if w in POSITION_WORDS or w in SIZE_WORDS)
 
@@ -163,7 +163,7 @@ def depends_on_perspective(command: Command) -> bool:
 
 
 def replace_parts(command: Command) -> Command:
-    """Return a command in which "the top of the box" is the box: parts of things are no things of their own."""
+    """Return a command in which "the top of the box" is the box: parts of objects are no objects of their own."""
     target = command.target
     if target is None or target.anchor is None or target.head.lower() not in PART_RELATIONS:
         return command
@@ -173,8 +173,8 @@ def replace_parts(command: Command) -> Command:
 
 def resolve_antecedent(command: Command, remembered: str = "") -> str:
     """Return the noun that "one" stands for in a command: that of its object, else the remembered one."""
-    thing = command.object
-    return thing.head.lower() if thing is not None and not is_bare(thing) else remembered
+    reference = command.object
+    return reference.head.lower() if reference is not None and not is_bare(reference) else remembered
 
 
 def iterate_references(command: Command) -> Iterator[Reference]:

@@ -47,7 +47,7 @@ class Grounding:
     command: Command
     decision: Decision
     evidence: Evidence | None = None
-    others: tuple[Decision, ...] = ()  # of a group, those of the further things
+    others: tuple[Decision, ...] = ()  # of a group, those of the further objects
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +132,7 @@ class Chain:
         return Conversation(self._weights, self.config.reasoner, self.config.reasoner.question_timeout_s)
 
     def decide(self, evidence: Evidence) -> Decision:
-        """Ground one command that follows no other; of a group the first thing."""
+        """Ground one command that follows no other; of a group the first object."""
         return self.conversation().decide(evidence, 0.0).decisions[0]
 
     def understand(self, recording: Recording, watch_until_s: float = float("-inf")) -> ChainResult:
@@ -185,14 +185,14 @@ class Chain:
                     *session.hear(command),
                     *run_tasks(session, partial(times.timed, "detection", source.detect)),
                 )
-            groundings += groundings_from([event for event in told if isinstance(event, Report)])
+            groundings += group_reports([event for event in told if isinstance(event, Report)])
             if session.conversation.dialogue.question is not None:
                 break
         return tuple(groundings)
 
 
-def groundings_from(reports: Sequence[Report]) -> list[Grounding]:
-    """Put the decisions of each command together."""
+def group_reports(reports: Sequence[Report]) -> list[Grounding]:
+    """Return a grounding for each command of a sequence of reports."""
     found: list[Grounding] = []
     for report in reports:
         if found and found[-1].command is report.command:

@@ -43,16 +43,16 @@ def load_chain_config(parameter_files: Sequence[Path] = ()) -> ChainConfig:
     """
     config = ChainConfig()
     for path in parameter_files:
-        entries = _entries(path)
+        entries = _read_entries(path)
         changed = {
-            f.name: _changed(getattr(config, f.name), _parameters_of(f"{f.name}_node", entries), path)
+            f.name: _override(getattr(config, f.name), _read_parameters(f"{f.name}_node", entries), path)
             for f in dataclasses.fields(ChainConfig)
         }
         config = ChainConfig(**changed)
     return config
 
 
-def _entries(path: Path) -> Mapping[str, Any]:
+def _read_entries(path: Path) -> Mapping[str, Any]:
     try:
         data = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
@@ -62,7 +62,7 @@ def _entries(path: Path) -> Mapping[str, Any]:
     return data
 
 
-def _parameters_of(node: str, entries: Mapping[str, Any]) -> dict[str, Any]:
+def _read_parameters(node: str, entries: Mapping[str, Any]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name in (*_ANY_NODE, f"/{node}", node):
         entry = entries.get(name)
@@ -71,7 +71,7 @@ def _parameters_of(node: str, entries: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in found.items() if key != "use_sim_time"}
 
 
-def _changed(config: Any, values: Mapping[str, Any], path: Path) -> Any:
+def _override(config: Any, values: Mapping[str, Any], path: Path) -> Any:
     known = {f.name for f in dataclasses.fields(config)}
     unknown = [key for key in values if key not in known]
     if unknown:

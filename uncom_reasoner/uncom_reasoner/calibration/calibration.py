@@ -42,7 +42,7 @@ class Table:
 
 
 def build_table(part: str, candidates: Sequence[Candidate], truth: str) -> Table:
-    """Keep what was weighed for a part; a truth that is no candidate counts as none."""
+    """Return the table of what was weighed for a part; a truth that is no candidate counts as none."""
     rows = tuple((c.id, {factor.name: factor.log for factor in c.factors}) for c in candidates)
     return Table(part, rows, truth if truth in {name for name, _ in rows} else NONE)
 
@@ -64,9 +64,9 @@ def reliability(probabilities: Sequence[float], right: Sequence[bool], bins: int
     edges = np.linspace(0.0, 1.0, bins + 1)
     places = np.clip(np.digitize(p, edges) - 1, 0, bins - 1)
     return tuple(
-        Bin(float(edges[i]), float(edges[i + 1]), int(mine.sum()), float(p[mine].mean()), float(r[mine].mean()))
+        Bin(float(edges[i]), float(edges[i + 1]), int(within.sum()), float(p[within].mean()), float(r[within].mean()))
         for i in range(bins)
-        if (mine := places == i).any()
+        if (within := places == i).any()
     )
 
 

@@ -42,7 +42,7 @@ class Dialogue:
     def answered(self, answer: Answer) -> Ending | None:
         """Take an answer that names its question: one to another question, or to none, does nothing.
 
-        An answer without an id counts for a question about things, but never approves a motion.
+        An answer without an id counts for a question about objects, but never approves a motion.
         """
         question = self.question
         if question is None or answer.question_id not in ("", question.id):

@@ -35,7 +35,7 @@ class StampedBuffer(Generic[ItemT]):
         self._lock = threading.Lock()
 
     def add(self, stamp_s: float, item: ItemT) -> None:
-        """Take in an item; one that is older than the last is dropped."""
+        """Add an item with its stamp [s]; one that is not newer than the last is dropped."""
         with self._lock:
             if self._items and stamp_s < self._items[-1][0] - self._clock_jump_s:
                 self._items.clear()

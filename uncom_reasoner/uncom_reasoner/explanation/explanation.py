@@ -11,12 +11,12 @@ Layout (positions on the support are [x, y] in metres, or pixels if `table.metri
               "dwells": [{"share", "hand", "sigma_rad", "stamps", "stillness", "tip_px", "direction_px",
                           "tip": [x, y, z] | null, "direction": [x, y, z] | null}]}},
      "table": {"metric", "polygon": [[x, y], ...]},
-     "part", "parts": of a group; "group": [CANDIDATE] what its things were chosen from,
+     "part", "parts": of a group; "group": [CANDIDATE] what its objects were chosen from,
      "object": {"chosen": id | null, "probability", "rule": RULE | null, "candidates": [CANDIDATE]},
      "target": {"kind": "NONE" | "OBJECT" | "AREA", "chosen": id | null, "probability", "rule", "candidates",
                 "position": [x, y, z] in the scene's frame | null,
                 "point": {"mean": [x, y], "covariance": [[..], [..]]} | null where the gesture meets the table},
-     "reference": {"chosen", "probability", "rule", "candidates"} | null: the thing that the target's place is
+     "reference": {"chosen", "probability", "rule", "candidates"} | null: the object that the target's place is
                   relative to; "second": the same for B of "between A and B",
      "doubt": {"part", "choices": ids} | null: what is asked about,
      "perspective": "robot" | "speaker" | "": whose left and right was taken,
@@ -29,7 +29,7 @@ Layout (positions on the support are [x, y] in metres, or pixels if `table.metri
 CANDIDATE is {"id", "label", "box": [x_min, y_min, x_max, y_max] | null, "factors": {name: log}, "log", "probability",
 "chosen"}: log is the sum of the factors, the probabilities are exp(log) normalised over the candidates;
 posterior/object_likelihood.py and support/free_place_search.py say what the factors are. RULE tells why the likeliest
-one was taken: "clear" (its share among the things is at least min_probability and its odds against the second are at
+one was taken: "clear" (its share among the objects is at least min_probability and its odds against the second are at
 least min_odds), "any will do" (the speaker left it open), or "best place". So every choice can be worked out again from
 the tables.
 """

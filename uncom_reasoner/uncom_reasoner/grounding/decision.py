@@ -46,7 +46,7 @@ def build_decision(
     result: TargetResult | None = None,
     candidates: tuple[Candidate, ...] = (),
 ) -> Decision:
-    """Put a decision together: the object's choice and the target's result, or the error that ended it.
+    """Build a decision from the object's choice and the target's result, or from the error that ended it.
 
     Args:
         command: as it was said.
@@ -62,15 +62,15 @@ def build_decision(
         failed_command(command, str(error) if error is not None else ""),
         stamp_s=context.evidence.scene.stamp_s,
         frame_id=context.evidence.scene.frame_id,
-        status=_status_of(error),
+        status=_find_status(error),
         object=detection,
         object_probability=choice.probability if choice is not None else 0.0,
-        scene=_others(context, detection, result),
+        scene=_list_others(context, detection, result),
         table=context.evidence.scene.table,
         object_candidates=choice.candidates if choice is not None else candidates,
         object_frame_s=context.evidence.object_frame_s,
         target_frame_s=context.evidence.target_frame_s,
-        backends=_backends(command, context),
+        backends=_list_backends(command, context),
     )
     if detection is not None and isinstance(error, UnsettledError):
         grounded = replace(grounded, target_candidates=error.candidates)
@@ -94,20 +94,20 @@ def build_decision(
     return decision if result is None else _add_target(decision, result)
 
 
-def _status_of(error: CannotGroundError | None) -> Status:
+def _find_status(error: CannotGroundError | None) -> Status:
     if error is None:
         return Status.GROUNDED
     return Status.AMBIGUOUS if isinstance(error, AmbiguousError) else Status.FAILED
 
 
-def _others(context: Context, moved: Detection | None, result: TargetResult | None) -> tuple[Detection, ...]:
+def _list_others(context: Context, moved: Detection | None, result: TargetResult | None) -> tuple[Detection, ...]:
     """Return what was seen beside the object and its receiver."""
     receiver = result.target.detection if result is not None else None
     used = {detection.id for detection in (moved, receiver) if detection is not None}
     return tuple(d for d in context.detections if d.id not in used)
 
 
-def _backends(command: Command, context: Context) -> tuple[str, ...]:
+def _list_backends(command: Command, context: Context) -> tuple[str, ...]:
     names = {"language": command.backend, "detection": context.evidence.scene.backend}
     return tuple(f"{stage}={name}" for stage, name in names.items() if name)
 

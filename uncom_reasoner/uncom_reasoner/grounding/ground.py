@@ -8,7 +8,7 @@ from dataclasses import replace
 from shapely import transform
 from shapely.geometry import Polygon
 from uncom_common.primitive import Primitive
-from uncom_language.types import Command, Reference, Relation
+from uncom_language.types import Reference, Relation
 
 from uncom_reasoner.config import PlacingConfig
 from uncom_reasoner.detector_phrases import depends_on_perspective, is_unspecific, replace_parts
@@ -58,7 +58,7 @@ def ground_parts(
     command = replace_parts(evidence.command)
     evidence = replace(evidence, command=command)
     if command.object is not None and command.object.quantity != 1:
-        return _ground_group(evidence, weights, placing, memory)
+        return _ground_group(evidence, command.object, weights, placing, memory)
     return (_ground_object(evidence, weights, placing, memory),)
 
 
@@ -74,19 +74,19 @@ def _ground_object(evidence: Evidence, weights: Weights, placing: PlacingConfig,
 
 
 def _ground_group(
-    evidence: Evidence, weights: Weights, placing: PlacingConfig, memory: DiscourseMemory
+    evidence: Evidence, reference: Reference, weights: Weights, placing: PlacingConfig, memory: DiscourseMemory
 ) -> tuple[Decision, ...]:
-    """Choose the objects, then a place for each with the earlier ones where they will be."""
+    """Choose the objects of a reference, then a place for each with the earlier ones where they will be."""
     command, given = evidence.command, evidence.given
     context = build_context(evidence, weights, placing, memory)
     rays = find_gestures(command, context)
     candidates: tuple[Candidate, ...] = ()
     try:
-        candidates = _weigh_group(evidence, rays[0], context)
-        chosen, base = _choose_members(evidence, candidates, rays[0], context)
+        candidates = _weigh_group(reference, rays[0], context)
+        chosen, base = _choose_members(reference, candidates, rays[0], context)
     except CannotGroundError as error:
         return (build_decision(command, context, rays, error, candidates=candidates),)
-    single = replace(command, object=replace(_object_of(command), quantity=1))
+    single = replace(command, object=replace(reference, quantity=1))
     if base:
         single = replace(single, target=single.object, relation=Relation.ON)
         given = replace(given, among={**given.among, "target": frozenset((base,))})
@@ -107,23 +107,18 @@ def _ground_group(
     return tuple(decisions)
 
 
-def _object_of(command: Command) -> Reference:
-    assert command.object is not None  # noqa: S101 (callers looked)
-    return command.object
-
-
-def _weigh_group(evidence: Evidence, ray: PhraseRay, context: Context) -> tuple[Candidate, ...]:
+def _weigh_group(reference: Reference, ray: PhraseRay, context: Context) -> tuple[Candidate, ...]:
     if not context.detections:
         raise CannotGroundError("I do not see anything on the table.")
-    return weigh_candidates(Query(_object_of(evidence.command), ray), context)
+    return weigh_candidates(Query(reference, ray), context)
 
 
 def _choose_members(
-    evidence: Evidence, candidates: tuple[Candidate, ...], ray: PhraseRay, context: Context
+    reference: Reference, candidates: tuple[Candidate, ...], ray: PhraseRay, context: Context
 ) -> tuple[list[str], str]:
     """Return the ids in the order of moving them, and the one that the others are stacked on ("" without)."""
-    command, reference = evidence.command, _object_of(evidence.command)
-    if is_unspecific(reference) and not ray.present and "object" not in evidence.given.among:
+    command, given = context.evidence.command, context.evidence.given
+    if is_unspecific(reference) and not ray.present and "object" not in given.among:
         raise CannotGroundError("I did not see which things you pointed at.")
     found = [c.id for c in select_members(candidates, reference, command, context.weights, pointed=ray.present)]
     # Largest first: what is wide at the bottom of a pile, and the hardest to find a place for, goes before the rest.

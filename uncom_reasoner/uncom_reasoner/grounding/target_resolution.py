@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the object is to end: a receiving object or a free place (paper, section III-H).
 
-* a named thing, or "this bowl": as for objects;
+* a named object, or "this bowl": as for objects;
 * "this", "this thing": a container near the gesture; several: by the posterior, nearest to the ray; none: a free place;
 * "here", "there": a free place at the gesture, or the container that it squarely points into (container_rule.py);
-* left of, next to, between, ... a thing: a free place with that relation in metres (place_resolution.py);
+* left of, next to, between, ... an object: a free place with that relation in metres (place_resolution.py);
 * a part of the table: a free place in it.
 """
 

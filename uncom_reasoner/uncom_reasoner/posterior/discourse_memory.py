@@ -37,7 +37,7 @@ class DiscourseMemory:
 
 
 def remember(memory: DiscourseMemory, command: Command, grounded: GroundedCommand) -> DiscourseMemory:
-    """Take in a command; one that was not grounded changes nothing. Further parts of a group are added."""
+    """Return the memory after a command; one that was not grounded changes nothing, parts of a group are added."""
     moved = grounded.object
     if grounded.status is not Status.GROUNDED or moved is None:
         return memory

@@ -207,7 +207,7 @@ def _add_comparison(
 
 
 def _add_answer(query: Query, context: Context, factors: Factors, options: ObjectLikelihoodOptions) -> bool:
-    """Take in what the person answered about this part; returns whether it must be one of the objects."""
+    """Rule out what the person answered about this part rules out; returns whether it must be one of the objects."""
     among = context.evidence.given.among.get(query.ray.role)
     excluded = context.evidence.given.excluded.get(query.ray.role, frozenset())
     for name, own in factors.items() if among is not None or excluded else ():

@@ -65,7 +65,7 @@ class RelationGoal:
 
         Args:
             points: centres to weigh (N, 2).
-            moved: outline (M, 2) of the moved thing around its centre.
+            moved: outline (M, 2) of the moved object around its centre.
         """
         if self.relation in DIRECTIONAL:
             return self._directional(points, moved)

@@ -2,7 +2,7 @@
 """The occupancy map: Voronoi cells of the support, of useful size, clipped to it (paper, section III-H).
 
 Seeds are spread evenly over the true outline (Lloyd's algorithm from a jittered grid, always the same), with more of
-them around things. A cell is occupied where it meets a footprint grown by the clearance.
+them around obstacles. A cell is occupied where it meets a footprint grown by the clearance.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def build_occupancy_map(
     Args:
         outline: the support, any simple shape.
         footprints: what stands on it, by id.
-        cell_size: wanted distance of seeds, in the outline's unit; cells near things have about half of it.
+        cell_size: wanted distance of seeds, in the outline's unit; cells near obstacles have about half of it.
         clearance: how much each footprint grows, in the same unit.
         options: of the seeds.
     """
