@@ -83,7 +83,7 @@ def test_a_node_stops_on_request_by_itself(tmp_path):
         graph.start(LANGUAGE)
         wait_for(lambda: "understanding" in (tmp_path / "language_node.log").read_text())
         process = graph._running[0].process
-        graph.stop(patience_s=TIMEOUT_S)
+        graph.stop(timeout_s=TIMEOUT_S)
         assert process.returncode == 0
         assert "Traceback" not in (tmp_path / "language_node.log").read_text()
 

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from uncom_bringup.bags import image_codec
 from uncom_bringup.bags.bag_reader import BagReader
-from uncom_bringup.bags.video_bag import START_S, write_video_bag
+from uncom_bringup.bags.options import VIDEO_BAG
+from uncom_bringup.bags.video_bag import write_video_bag
 from uncom_bringup.exceptions import BadInputError
 from uncom_bringup.graph import topics
 
@@ -56,12 +57,12 @@ def test_sound_and_pictures_keep_their_times(tmp_path, name):
     assert found[topics.AUDIO_INFO.name][0].sample_rate == 16000
     samples = np.concatenate([np.frombuffer(m.audio.data.tobytes(), np.int16) for m in found[topics.AUDIO.name]])
     heard_s = stamp(found[topics.AUDIO.name][0]) + np.argmax(np.abs(samples) > 2000) / 16000
-    assert heard_s == pytest.approx(START_S + BEEP_S, abs=0.05)
+    assert heard_s == pytest.approx(VIDEO_BAG.start_s + BEEP_S, abs=0.05)
     pictures = found[topics.RGB.stored_name]
     assert len(pictures) == pytest.approx(10 * SECONDS, abs=1)
     for picture in pictures:
         grey = image_codec.decode_colour(picture.data.tobytes()).mean()
-        assert grey == pytest.approx(40 + 3 * FPS * (stamp(picture) - START_S), abs=6)
+        assert grey == pytest.approx(40 + 3 * FPS * (stamp(picture) - VIDEO_BAG.start_s), abs=6)
     info = found[topics.RGB_INFO.name][0]
     assert (info.width, info.height) == (320, 240)
     assert info.k[0] > 0.5 * info.width

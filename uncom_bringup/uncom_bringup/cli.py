@@ -19,9 +19,7 @@ from uncom_common.exceptions import UncomError
 
 from uncom_bringup import output
 from uncom_bringup.commands.version import VERSION
-
-DONE, FAILED, BAD_USE = 0, 1, 2
-INTERRUPTED = 130
+from uncom_bringup.exceptions import ExitStatus
 
 COMMANDS = (
     "demo",
@@ -47,7 +45,7 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         sys.stderr.write(f"{self.prog}: {message} (see {self.prog} --help)\n")
-        raise SystemExit(BAD_USE)
+        raise SystemExit(ExitStatus.BAD_USE)
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -71,7 +69,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     if options.command is None:
         parser.print_help(sys.stderr)
-        return BAD_USE
+        return ExitStatus.BAD_USE
     logging.basicConfig(
         level=logging.INFO if options.verbose else logging.WARNING,
         format="%(levelname)s %(name)s: %(message)s",
@@ -82,17 +80,17 @@ def run(arguments: Sequence[str] | None = None) -> int:
         return int(options.run(options))
     except UncomError as error:
         output.note(f"uncom {options.command}: {_one_line(error)}")
-        return int(getattr(error, "exit_status", BAD_USE))
+        return int(getattr(error, "exit_status", ExitStatus.BAD_USE))
     except BrokenPipeError:
         # The reader of our output has gone (`uncom ... | head`); nothing is left to say to anybody.
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        return DONE
+        return ExitStatus.DONE
     except OSError as error:
         output.note(f"uncom {options.command}: {_one_line(error)}")
-        return BAD_USE
+        return ExitStatus.BAD_USE
     except KeyboardInterrupt:
         output.note(f"uncom {options.command}: interrupted")
-        return INTERRUPTED
+        return ExitStatus.INTERRUPTED
 
 
 def _one_line(error: BaseException) -> str:

@@ -14,7 +14,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-_IMAGE_SEGMENT_MIB = 512  # what ./uncom wants before it gives every node room for images
+from uncom_bringup.options import MACHINE
+
 _DISTRIBUTIONS = {
     "rclpy": "ros-jazzy-rclpy",
     "pinocchio": "pin",
@@ -59,13 +60,15 @@ def _python() -> Finding:
 
 def _cores() -> Finding:
     count = len(os.sched_getaffinity(0))
-    detail = f"{count} for this process" + ("" if count >= 2 else "; the demo is slow with less than 2")
-    return Finding("cores", count >= 2, detail, needed=False)
+    detail = f"{count} for this process" + (
+        "" if count >= MACHINE.min_cores else f"; the demo is slow with less than {MACHINE.min_cores}"
+    )
+    return Finding("cores", count >= MACHINE.min_cores, detail, needed=False)
 
 
 def _memory() -> Finding:
-    pages = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2**30
-    return Finding("memory", pages >= 4.0, f"{pages:.1f} GiB", needed=False)
+    memory_gib = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2**30
+    return Finding("memory", memory_gib >= MACHINE.min_memory_gib, f"{memory_gib:.1f} GiB", needed=False)
 
 
 def _shared_memory() -> Finding:
@@ -73,8 +76,10 @@ def _shared_memory() -> Finding:
     if not path.is_dir():
         return Finding("shared memory", False, "no /dev/shm: images go through UDP and some are lost", needed=False)
     free = shutil.disk_usage(path).free / 2**20
-    why = "" if free >= _IMAGE_SEGMENT_MIB else f"; {_IMAGE_SEGMENT_MIB} MiB are wanted for camera images"
-    return Finding("shared memory", free >= _IMAGE_SEGMENT_MIB, f"{free:.0f} MiB free in /dev/shm{why}", needed=False)
+    why = "" if free >= MACHINE.image_segment_mib else f"; {MACHINE.image_segment_mib} MiB are wanted for camera images"
+    return Finding(
+        "shared memory", free >= MACHINE.image_segment_mib, f"{free:.0f} MiB free in /dev/shm{why}", needed=False
+    )
 
 
 def _ros_environment() -> list[Finding]:

@@ -4,9 +4,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from enum import IntEnum
 from pathlib import Path
 
 from uncom_common.exceptions import UncomError
+
+
+class ExitStatus(IntEnum):
+    """What a command ends with; nodes end with the same numbers."""
+
+    DONE = 0
+    FAILED = 1
+    BAD_USE = 2
+    INTERRUPTED = 130  # 128 and the number of SIGINT, as shells say it
 
 
 class BringupError(UncomError):
@@ -21,7 +31,7 @@ class BagError(BadInputError):
     """A bag cannot be read."""
 
     def __init__(self, path: Path, why: str) -> None:
-        """Keep the path."""
+        """`path` is the bag, `why` says what is wrong with it."""
         self.path = path
         super().__init__(f"bag {path}: {why}")
 
@@ -30,7 +40,7 @@ class OutputExistsError(BadInputError):
     """Something is already where the output shall go."""
 
     def __init__(self, path: Path) -> None:
-        """Keep the path."""
+        """`path` is what exists."""
         self.path = path
         super().__init__(f"{path} exists and is not empty; choose another --out, or give --force to overwrite")
 
@@ -39,7 +49,7 @@ class UnknownTypeError(BringupError, LookupError):
     """A message type is not installed here."""
 
     def __init__(self, type_name: str) -> None:
-        """Keep the name."""
+        """`type_name` is package/msg/Name."""
         self.type_name = type_name
         super().__init__(f"message type {type_name} is not installed")
 
@@ -47,10 +57,10 @@ class UnknownTypeError(BringupError, LookupError):
 class GraphError(BringupError, RuntimeError):
     """A node did not start, or died."""
 
-    exit_status = 1
+    exit_status: int = ExitStatus.FAILED
 
     def __init__(self, node: str, why: str, last_lines: Iterable[str] = ()) -> None:
-        """Keep the node and the last lines it wrote."""
+        """`node` is its name, `why` what became of it, `last_lines` the end of its log."""
         self.node = node
         self.last_lines = tuple(last_lines)
         tail = " | ".join(line.strip() for line in self.last_lines if line.strip())

@@ -17,6 +17,7 @@ from rosbags.rosbag1 import ReaderError as Reader1Error
 from rosbags.rosbag2 import Reader, ReaderError
 
 from uncom_bringup.bags.bag_repair import repair_mcap, repair_sqlite
+from uncom_bringup.bags.options import BAG_FILE, BagFileOptions
 from uncom_bringup.exceptions import BagError
 
 _LOG = logging.getLogger(__name__)
@@ -152,9 +153,10 @@ def _scratch(stack: ExitStack) -> Path:
     return Path(stack.enter_context(TemporaryDirectory(prefix="uncom-bag-")))
 
 
-def words(error: BaseException) -> str:
+def words(error: BaseException, options: BagFileOptions = BAG_FILE) -> str:
     """Write an error of a reader as one line."""
     text = " ".join(str(error).split()) or type(error).__name__
     if "end magic" in text:
         text = "the file is cut off: its end is missing"
-    return text if len(text) <= 200 else text[:197] + "..."
+    most = options.max_error_chars
+    return text if len(text) <= most else text[: most - 3] + "..."

@@ -12,14 +12,31 @@ import shutil
 import sqlite3
 import struct
 from contextlib import closing
+from enum import IntEnum
 from pathlib import Path
 from typing import BinaryIO
 
+from uncom_bringup.bags.options import BAG_FILE, BagFileOptions
+
 _LOG = logging.getLogger(__name__)
-_MOST_PADDED = 1000  # times what is there
 _MAGIC = b"\x89MCAP0\r\n"
-_HEADER, _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
-_KEPT = (_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK)
+_RECORD_HEAD = struct.Struct("<BQ")  # code and size of the content
+_SQLITE_HEADER_BYTES = 100
+
+
+class _Opcode(IntEnum):
+    """Kinds of records that a repaired file has; MCAP specification, section "Records"."""
+
+    HEADER = 0x01
+    FOOTER = 0x02
+    SCHEMA = 0x03
+    CHANNEL = 0x04
+    MESSAGE = 0x05
+    CHUNK = 0x06
+    DATA_END = 0x0F
+
+
+_COPIED = (_Opcode.SCHEMA, _Opcode.CHANNEL, _Opcode.MESSAGE, _Opcode.CHUNK)
 
 
 def repair_mcap(source: Path, target: Path) -> int:
@@ -32,26 +49,26 @@ def repair_mcap(source: Path, target: Path) -> int:
         if old.read(len(_MAGIC)) != _MAGIC:
             return 0
         new.write(_MAGIC)
-        new.write(_record(_HEADER, _text("ros2") + _text("uncom")))
+        new.write(_record(_Opcode.HEADER, _text("ros2") + _text("uncom")))
         while (found := _next(old)) is not None:
             code, content = found
-            if code == _DATA_END:
+            if code == _Opcode.DATA_END:
                 break
-            if code in _KEPT:
+            if code in _COPIED:
                 new.write(_record(code, content))
-                count += code in (_MESSAGE, _CHUNK)
-        new.write(_record(_DATA_END, struct.pack("<I", 0)))
-        new.write(_record(_FOOTER, struct.pack("<QQI", 0, 0, 0)))
+                count += code in (_Opcode.MESSAGE, _Opcode.CHUNK)
+        new.write(_record(_Opcode.DATA_END, struct.pack("<I", 0)))
+        new.write(_record(_Opcode.FOOTER, struct.pack("<QQI", 0, 0, 0)))
         new.write(_MAGIC)
     return count
 
 
 def _next(stream: BinaryIO) -> tuple[int, bytes] | None:
     """Read a record; None at the end and where only a part of one is left."""
-    head = stream.read(9)
-    if len(head) < 9:
+    head = stream.read(_RECORD_HEAD.size)
+    if len(head) < _RECORD_HEAD.size:
         return None
-    code, size = struct.unpack("<BQ", head)
+    code, size = _RECORD_HEAD.unpack(head)
     here = stream.tell()
     if size > stream.seek(0, io.SEEK_END) - here:
         return None
@@ -60,7 +77,7 @@ def _next(stream: BinaryIO) -> tuple[int, bytes] | None:
 
 
 def _record(code: int, content: bytes) -> bytes:
-    return struct.pack("<BQ", code, len(content)) + content
+    return _RECORD_HEAD.pack(code, len(content)) + content
 
 
 def _text(text: str) -> bytes:
@@ -68,7 +85,7 @@ def _text(text: str) -> bytes:
     return struct.pack("<I", len(data)) + data
 
 
-def repair_sqlite(source: Path, target: Path) -> int:
+def repair_sqlite(source: Path, target: Path, options: BagFileOptions = BAG_FILE) -> int:
     """Copy the rows of a damaged database that can be read into a new one; returns how many messages.
 
     SQLite reads nothing of a file that is shorter than its header says (https://sqlite.org/fileformat.html), so that
@@ -77,11 +94,11 @@ def repair_sqlite(source: Path, target: Path) -> int:
     padded = target.with_name(f"padded-{target.name}")
     shutil.copyfile(source, padded)
     with padded.open("r+b") as file:
-        head = file.read(100)
-        if len(head) == 100 and head.startswith(b"SQLite format 3"):
+        head = file.read(_SQLITE_HEADER_BYTES)
+        if len(head) == _SQLITE_HEADER_BYTES and head.startswith(b"SQLite format 3"):
             (page_size,), (pages,) = struct.unpack(">H", head[16:18]), struct.unpack(">I", head[28:32])
             size = pages * (65536 if page_size == 1 else page_size)
-            if padded.stat().st_size < size <= _MOST_PADDED * padded.stat().st_size:
+            if padded.stat().st_size < size <= options.max_growth * padded.stat().st_size:
                 file.truncate(size)
     with closing(sqlite3.connect(padded)) as old, closing(sqlite3.connect(target)) as new:
         count = _copy_rows(old, new)

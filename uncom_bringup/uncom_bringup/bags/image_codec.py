@@ -14,24 +14,19 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from uncom_bringup.bags.options import DEPTH, IMAGE, DepthOptions, ImageOptions
 from uncom_bringup.exceptions import BadInputError
 
 Rgb = npt.NDArray[np.uint8]
 Depth = npt.NDArray[np.float32]
 
-JPEG_QUALITY = 80  # as image_transport's
 # compressed_depth_image_transport puts a header before the PNG: a format code and the two parameters of
 # inverse = a / depth + b, both unused for 16UC1.
 _HEADER = struct.Struct("<iff")
 _PNG_MAGIC = b"\x89PNG"
-_STEP = 0.002  # [1/m] of inverse depth: 2 mm at 1 m, 8 mm at 2 m
-_SAME = 1.0  # [steps] a neighbour this near gets the same value
-_NOISE = 0.006  # [1/m] differences evened out: four standard deviations of such a camera's noise
-_WINDOW_PX, _REACH_PX = 5, 1.7
-_PNG = [cv2.IMWRITE_PNG_COMPRESSION, 4, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_FILTERED]
 
 
-def encode_jpeg(rgb: Rgb, quality: int = JPEG_QUALITY) -> bytes:
+def encode_jpeg(rgb: Rgb, quality: int = IMAGE.jpeg_quality) -> bytes:
     """Encode RGB (H, W, 3)."""
     good, data = cv2.imencode(".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality])
     if not good:
@@ -39,9 +34,11 @@ def encode_jpeg(rgb: Rgb, quality: int = JPEG_QUALITY) -> bytes:
     return bytes(data.tobytes())
 
 
-def encode_png(rgb: Rgb) -> bytes:
+def encode_png(rgb: Rgb, options: ImageOptions = IMAGE) -> bytes:
     """Encode RGB (H, W, 3) without loss."""
-    good, data = cv2.imencode(".png", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_PNG_COMPRESSION, 6])
+    good, data = cv2.imencode(
+        ".png", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_PNG_COMPRESSION, options.png_compression]
+    )
     if not good:
         raise BadInputError("an image could not be written as PNG")
     return bytes(data.tobytes())
@@ -67,7 +64,7 @@ def _decoded(data: bytes, flags: int) -> npt.NDArray[np.uint8 | np.uint16] | Non
         return None
 
 
-def encode_depth(depth: Depth) -> bytes:
+def encode_depth(depth: Depth, options: DepthOptions = DEPTH) -> bytes:
     """Encode depth (H, W) [m], unknown (NaN) kept as such, as compressedDepth does 32FC1.
 
     Errors stay about as small as a structured-light camera's noise: some 2 mm at 1 m, growing with distance squared.
@@ -75,15 +72,22 @@ def encode_depth(depth: Depth) -> bytes:
     known = np.isfinite(depth) & (depth > 0.0)
     inverse = np.zeros(depth.shape, np.float32)
     np.divide(1.0, depth, out=inverse, where=known)
-    known &= inverse < 65535.0 * _STEP
-    smooth = cv2.bilateralFilter(inverse, _WINDOW_PX, _NOISE, _REACH_PX)
-    good, data = cv2.imencode(".png", _even(np.where(known, smooth, 0.0).astype(np.float32) / np.float32(_STEP)), _PNG)
+    known &= inverse < 65535.0 * options.step_per_m
+    smooth = cv2.bilateralFilter(inverse, options.filter_window_px, options.noise_per_m, options.filter_reach_px)
+    steps = np.where(known, smooth, 0.0).astype(np.float32) / np.float32(options.step_per_m)
+    encoding = [
+        cv2.IMWRITE_PNG_COMPRESSION,
+        options.png_compression,
+        cv2.IMWRITE_PNG_STRATEGY,
+        cv2.IMWRITE_PNG_STRATEGY_FILTERED,
+    ]
+    good, data = cv2.imencode(".png", _round_steps(steps, options.hold_steps), encoding)
     if not good:
         raise BadInputError("a depth image could not be written as PNG")
-    return _HEADER.pack(0, 1.0 / _STEP, 0.0) + bytes(data.tobytes())
+    return _HEADER.pack(0, 1.0 / options.step_per_m, 0.0) + bytes(data.tobytes())
 
 
-def _even(steps: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
+def _round_steps(steps: npt.NDArray[np.float32], hold_steps: float) -> npt.NDArray[np.uint16]:
     """Round (H, W) so that along a row a value stays as long as it is near enough; 0 stays 0."""
     columns = np.ascontiguousarray(steps.T)
     rounded = np.rint(columns)
@@ -92,7 +96,7 @@ def _even(steps: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
     away, changed = np.empty_like(held), np.empty(held.shape, bool)
     for now, whole in zip(columns, rounded, strict=True):
         np.abs(np.subtract(now, held, out=away), out=away)
-        np.copyto(held, whole, where=np.greater(away, _SAME, out=changed))
+        np.copyto(held, whole, where=np.greater(away, hold_steps, out=changed))
         held[whole == 0.0] = 0.0
         whole[:] = held
     return np.ascontiguousarray(rounded.T).astype(np.uint16)
@@ -110,7 +114,7 @@ def decode_depth(data: bytes, encoding: str = "") -> Depth:
     """
     start = data.find(_PNG_MAGIC, 0, _HEADER.size + len(_PNG_MAGIC))
     image = _decoded(data[start:], cv2.IMREAD_UNCHANGED) if start >= 0 else None
-    if image is None or image.dtype != np.uint16 or image.ndim != 2:
+    if image is None or image.dtype != np.uint16 or image.shape[2:]:
         raise BadInputError("a compressed depth image is not a 16-bit PNG")
     known = image > 0
     depth: Depth = np.full(image.shape, np.nan, np.float32)

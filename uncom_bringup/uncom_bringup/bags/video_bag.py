@@ -22,17 +22,12 @@ from rosbags.convert.converter import default_message
 from uncom_bringup.bags.bag_writer import BagWriter
 from uncom_bringup.bags.image_codec import encode_jpeg
 from uncom_bringup.bags.message_types import register
+from uncom_bringup.bags.options import VIDEO_BAG, VideoBagOptions
 from uncom_bringup.exceptions import BadInputError
 from uncom_bringup.graph import topics
 from uncom_bringup.graph.topics import Topic
 
 SAMPLE_RATE = 16000
-START_S = 10.0  # a stamp of zero would mean that there is none
-_CHUNK_S = 0.05
-_MOST_HZ = 10.0  # pictures a second that are kept: hands do not move faster
-_LARGEST_PX = 960  # the longer side; larger pictures are scaled down
-_VIEW_ANGLE_DEG = 63.0  # horizontal; between a webcam's and a telephone's
-_QUALITY = 92
 _FRAME = "camera"
 _COMPRESSED = "sensor_msgs/msg/CompressedImage"
 
@@ -46,14 +41,14 @@ class _Entry:
     data: bytes
 
 
-def write_video_bag(video: Path, bag: Path) -> Path:
+def write_video_bag(video: Path, bag: Path, options: VideoBagOptions = VIDEO_BAG) -> Path:
     """Write the sound and the pictures of a video file into a bag (.mcap).
 
     Raises:
         BadInputError: it is no video, or it has no sound or no pictures.
     """
     sound = _sound(video)
-    entries = [*_sound_entries(sound), *_picture_entries(video)]
+    entries = [*_sound_entries(sound, options), *_picture_entries(video, options)]
     if not any(entry.topic is topics.RGB for entry in entries):
         raise BadInputError(f"{video} has no pictures that can be decoded")
     with BagWriter(bag, force=True) as writer:
@@ -102,23 +97,23 @@ def _sound(video: Path) -> tuple[float, npt.NDArray[np.int16]]:
     return begin_s, np.concatenate(chunks).astype(np.int16)
 
 
-def _sound_entries(sound: tuple[float, npt.NDArray[np.int16]]) -> Iterator[_Entry]:
+def _sound_entries(sound: tuple[float, npt.NDArray[np.int16]], options: VideoBagOptions) -> Iterator[_Entry]:
     begin_s, samples = sound
     info = _message(
         topics.AUDIO_INFO,
         {"channels": 1, "sample_rate": SAMPLE_RATE, "sample_format": "S16LE", "coding_format": "wave"},
     )
-    yield _Entry(START_S, topics.AUDIO_INFO, info)
-    step = round(_CHUNK_S * SAMPLE_RATE)
+    yield _Entry(options.start_s, topics.AUDIO_INFO, info)
+    step = round(options.chunk_s * SAMPLE_RATE)
     for first in range(0, len(samples), step):
         chunk = samples[first : first + step]
-        stamp_s = START_S + begin_s + first / SAMPLE_RATE
+        stamp_s = options.start_s + begin_s + first / SAMPLE_RATE
         fields = {"header": {"stamp": stamp_s}, "audio": {"data": np.frombuffer(chunk.tobytes(), np.uint8)}}
         yield _Entry(stamp_s + len(chunk) / SAMPLE_RATE, topics.AUDIO, _message(topics.AUDIO, fields))
 
 
-def _picture_entries(video: Path) -> Iterator[_Entry]:
-    """Yield the pictures, at most _MOST_HZ of them a second; a file that is cut off ends early."""
+def _picture_entries(video: Path, options: VideoBagOptions) -> Iterator[_Entry]:
+    """Yield the pictures, at most max_picture_hz of them a second; a file that is cut off ends early."""
     reformatter = VideoReformatter()
     with _open(video, "video") as container:
         next_s = -math.inf
@@ -127,11 +122,13 @@ def _picture_entries(video: Path) -> Iterator[_Entry]:
                 time_s = float(frame.time or 0.0) - _start_s(container)
                 if time_s < next_s - 1e-6:
                     continue
-                next_s = time_s + 1.0 / _MOST_HZ
-                scale = min(1.0, _LARGEST_PX / max(frame.width, frame.height))
+                next_s = time_s + 1.0 / options.max_picture_hz
+                scale = min(1.0, options.max_side_px / max(frame.width, frame.height))
                 size = (2 * round(frame.width * scale / 2), 2 * round(frame.height * scale / 2))
                 rgb = np.asarray(reformatter.reformat(frame, size[0], size[1], "rgb24").to_ndarray(), np.uint8)
-                yield from _picture(START_S + time_s, _turned(rgb, int(getattr(frame, "rotation", 0) or 0)))
+                yield from _picture(
+                    options.start_s + time_s, _turned(rgb, int(getattr(frame, "rotation", 0) or 0)), options
+                )
         except av.FFmpegError:
             return
 
@@ -141,10 +138,10 @@ def _turned(rgb: npt.NDArray[np.uint8], degrees: int) -> npt.NDArray[np.uint8]:
     return np.ascontiguousarray(np.rot90(rgb, round(degrees / 90) % 4))
 
 
-def _picture(stamp_s: float, rgb: npt.NDArray[np.uint8]) -> Iterator[_Entry]:
+def _picture(stamp_s: float, rgb: npt.NDArray[np.uint8], options: VideoBagOptions) -> Iterator[_Entry]:
     height, width = rgb.shape[:2]
     header = {"stamp": stamp_s, "frame_id": _FRAME}
-    focal = 0.5 * max(width, height) / math.tan(math.radians(0.5 * _VIEW_ANGLE_DEG))
+    focal = 0.5 * max(width, height) / math.tan(math.radians(0.5 * options.view_angle_deg))
     k = np.array([focal, 0, 0.5 * width, 0, focal, 0.5 * height, 0, 0, 1])
     info = {
         "header": header,
@@ -157,7 +154,7 @@ def _picture(stamp_s: float, rgb: npt.NDArray[np.uint8]) -> Iterator[_Entry]:
         "p": np.array([focal, 0, 0.5 * width, 0, 0, focal, 0.5 * height, 0, 0, 0, 1, 0]),
     }
     yield _Entry(stamp_s, topics.RGB_INFO, _message(topics.RGB_INFO, info))
-    data = np.frombuffer(encode_jpeg(rgb, _QUALITY), np.uint8)
+    data = np.frombuffer(encode_jpeg(rgb, options.jpeg_quality), np.uint8)
     fields = {"header": header, "format": "rgb8; jpeg compressed bgr8", "data": data}
     yield _Entry(stamp_s, topics.RGB, _message(topics.RGB, fields, _COMPRESSED))
 

@@ -18,6 +18,7 @@ from uncom_bringup.command_options import (
     simulator_needed,
 )
 from uncom_bringup.exceptions import BadInputError
+from uncom_bringup.options import INPUT
 from uncom_bringup.report import progress
 
 
@@ -45,8 +46,8 @@ def run(options: argparse.Namespace) -> int:
     """Run one demo."""
     if options.scenario and options.scene:
         raise BadInputError("give --scenario or --scene, not both")
-    if options.say is not None and len(options.say) > 2000:
-        raise BadInputError("--say is too long; at most 2000 characters are spoken")
+    if options.say is not None and len(options.say) > INPUT.max_spoken_chars:
+        raise BadInputError(f"--say is too long; at most {INPUT.max_spoken_chars} characters are spoken")
     with simulator_needed():
         from uncom_sim.demo import demo  # noqa: PLC0415  (only when it runs)
         from uncom_sim.demo import options as demo_options  # noqa: PLC0415

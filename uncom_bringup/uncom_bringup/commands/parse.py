@@ -13,11 +13,10 @@ from uncom_common.exceptions import UncomError
 from uncom_bringup import output
 from uncom_bringup.command_options import SubParsers, add_json
 from uncom_bringup.exceptions import BadInputError
+from uncom_bringup.options import INPUT
 
 if TYPE_CHECKING:
     from uncom_language.types import Command
-
-_LONGEST = 10_000  # characters; nobody says more in one sentence
 
 
 def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
@@ -68,8 +67,8 @@ def run(options: argparse.Namespace) -> int:
             if not options.text:
                 continue  # blank lines between sentences are layout
             raise BadInputError("the sentence is empty")
-        if len(text) > _LONGEST:
-            raise BadInputError(f"the sentence has {len(text)} characters; at most {_LONGEST} are read")
+        if len(text) > INPUT.max_sentence_chars:
+            raise BadInputError(f"the sentence has {len(text)} characters; at most {INPUT.max_sentence_chars} are read")
         result = parser.sentence_to_json(text, commands(text))
         if options.json:
             output.emit_json(result)

@@ -14,11 +14,11 @@ from pathlib import Path
 from uncom_bringup import output
 from uncom_bringup.command_options import ROBOT_PACKAGES, SubParsers
 from uncom_bringup.exceptions import BadInputError
+from uncom_bringup.options import CHECK
 
 _FOLDERS = (*ROBOT_PACKAGES, "sim")
 # First on the path, it makes every import of the simulator fail.
 _WITHOUT_SIMULATOR = Path("test") / "without_simulator"
-_LIMIT_S = 1500
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,8 +103,9 @@ def _run(check: Check, root: Path) -> bool:
         paths = (str(root / _WITHOUT_SIMULATOR), environment.get("PYTHONPATH", ""))
         environment["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
     try:
-        # pytest says 5 for "no tests": that is not success.
-        return subprocess.run(check.command, cwd=root, env=environment, check=False, timeout=_LIMIT_S).returncode == 0  # noqa: S603
+        done = subprocess.run(check.command, cwd=root, env=environment, check=False, timeout=CHECK.timeout_s)  # noqa: S603
     except subprocess.TimeoutExpired:
-        output.note(f"{check.name} took longer than {_LIMIT_S} s")
+        output.note(f"{check.name} took longer than {CHECK.timeout_s} s")
         return False
+    # pytest says 5 for "no tests": that is not success.
+    return done.returncode == 0

@@ -17,12 +17,12 @@ from typing import Self
 
 from uncom_common.parent_process import PARENT_PID_VARIABLE
 
-from uncom_bringup.exceptions import BadInputError, GraphError
+from uncom_bringup.exceptions import BadInputError, ExitStatus, GraphError
 from uncom_bringup.graph.node_specs import NodeSpec
+from uncom_bringup.graph.options import PROCESS
 
 _LOG = logging.getLogger(__name__)
 
-_LAST_LINES = 6
 
 ParameterValue = bool | int | float | str | Sequence[bool] | Sequence[int] | Sequence[float] | Sequence[str]
 
@@ -122,7 +122,7 @@ class GraphProcesses:
                 how = f"was ended by signal {-status}" if status < 0 else f"ended with status {status}"
                 error = GraphError(running.spec.name, f"{how} (log: {running.log})", last_lines(running.log))
                 # A node that refuses its parameters says so by status 2: then what the user gave is at fault.
-                error.exit_status = 2 if status == 2 else GraphError.exit_status
+                error.exit_status = ExitStatus.BAD_USE if status == ExitStatus.BAD_USE else GraphError.exit_status
                 raise error
 
     def cpu_times_s(self) -> dict[str, float]:
@@ -139,14 +139,14 @@ class GraphProcesses:
             times[running.spec.name] = (int(user) + int(system)) / ticks
         return times
 
-    def stop(self, patience_s: float = 4.0) -> None:
-        """End every node: SIGINT in reverse order of starting, SIGKILL for what is left after `patience_s`."""
+    def stop(self, timeout_s: float = PROCESS.stop_timeout_s) -> None:
+        """End every node: SIGINT in reverse order of starting, SIGKILL for what is left after `timeout_s`."""
         for running in reversed(self._running):
             _signal(running.process, signal.SIGINT)
-        deadline = time.monotonic() + patience_s
+        deadline = time.monotonic() + timeout_s
         for running in reversed(self._running):
             try:
-                running.process.wait(max(0.05, deadline - time.monotonic()))
+                running.process.wait(max(PROCESS.min_wait_s, deadline - time.monotonic()))
             except subprocess.TimeoutExpired:
                 _LOG.warning("%s did not stop by itself; killed", running.spec.name)
                 _signal(running.process, signal.SIGKILL)
@@ -172,7 +172,7 @@ def _signal(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
             _LOG.debug("process %d is gone already", process.pid)
 
 
-def last_lines(log: Path, count: int = _LAST_LINES) -> list[str]:
+def last_lines(log: Path, count: int = PROCESS.log_tail_lines) -> list[str]:
     """Return the last lines of a log file; none if it cannot be read."""
     try:
         return log.read_text(encoding="utf-8", errors="replace").splitlines()[-count:]

@@ -18,17 +18,18 @@ from types import TracebackType
 from typing import Self
 
 from uncom_bringup.exceptions import BadInputError, NoFreeDomainError
+from uncom_bringup.graph.options import DOMAIN, DomainOptions
 
 _LOG = logging.getLogger(__name__)
 
 # Above 101 the ports reach into the range that Linux hands out by itself.
-_DOMAINS = range(1, 102)
-_HIGHEST = 232
-_PARTICIPANTS = 6
+_FREE_DOMAINS = range(1, 102)
+_HIGHEST = 232  # the ports of higher ones would lie above 65535
 
 
-def _in_use(domain: int) -> bool:
-    for participant in range(_PARTICIPANTS):
+def _in_use(domain: int, options: DomainOptions) -> bool:
+    """Tell whether one of the first participants of a domain holds its port."""
+    for participant in range(options.probed_participants):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             try:
                 probe.bind(("0.0.0.0", 7410 + 250 * domain + 2 * participant))  # noqa: S104  (the port as DDS binds it)
@@ -56,18 +57,19 @@ class DomainClaim:
         BadInputError: the wanted one is not an id.
     """
 
-    def __init__(self, wanted: str | None = None) -> None:
+    def __init__(self, wanted: str | None = None, options: DomainOptions = DOMAIN) -> None:
         """Claim `wanted` (as ROS_DOMAIN_ID says it) as it is, or find a free id if it is None or empty."""
+        self._options = options
         self._lock: int | None = None
-        self.domain = domain_from_text(wanted) if wanted else self._find()
+        self.domain = domain_from_text(wanted) if wanted else self._find_free()
 
-    def _find(self) -> int:
-        candidates = list(_DOMAINS)
+    def _find_free(self) -> int:
+        candidates = list(_FREE_DOMAINS)
         random.Random(os.getpid()).shuffle(candidates)
         for domain in candidates:
             if not self._take_lock(domain):
                 continue
-            if not _in_use(domain):
+            if not _in_use(domain, self._options):
                 _LOG.info("ROS domain id %d", domain)
                 return domain
             self.close()

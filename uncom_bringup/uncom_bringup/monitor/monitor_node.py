@@ -27,6 +27,7 @@ from uncom_bringup.graph.node_specs import (
 )
 from uncom_bringup.monitor import run_record
 from uncom_bringup.monitor.conversions import message_class, plain_from_msg
+from uncom_bringup.monitor.options import FRAME
 from uncom_bringup.monitor.run_record import Event, Frame, RunRecord
 
 _LISTENED = {
@@ -47,8 +48,6 @@ _SIGNS = {
     run_record.EXECUTION: (EXECUTION_NODE.name, "idle"),
 }
 _LISTENERS = {LANGUAGE_NODE.name: topics.TRANSCRIPT, REASONER_NODE.name: topics.COMMAND}
-_ANNOTATED_QUALITY = 95
-_VIDEO_QUALITY = 85
 
 
 class MonitorNode(Node):
@@ -74,11 +73,13 @@ class MonitorNode(Node):
         for kind, topic in _LISTENED.items():
             self._listen(kind, topic)
         if keep_events:
-            self.create_subscription(Image, topics.ANNOTATED.name, self._keeper("annotated", _ANNOTATED_QUALITY), 10)
+            self.create_subscription(
+                Image, topics.ANNOTATED.name, self._keeper("annotated", FRAME.annotated_quality), 10
+            )
         if keep_camera:
-            self.create_subscription(Image, topics.RGB.name, self._keeper("camera", _VIDEO_QUALITY), 10)
+            self.create_subscription(Image, topics.RGB.name, self._keeper("camera", FRAME.video_quality), 10)
         if overview_topic:
-            self.create_subscription(Image, overview_topic, self._keeper("overview", _VIDEO_QUALITY), 10)
+            self.create_subscription(Image, overview_topic, self._keeper("overview", FRAME.video_quality), 10)
 
     def record(self) -> RunRecord:
         """Return everything so far."""

@@ -23,6 +23,7 @@ ACT_NAMES = ("command", "refused", "incomplete", "yes", "no", "stop", "cancel", 
 PRIMITIVE_NAMES = ("none", "put_in", "put_on", "place", "stack", "pour", "push", "pick", "give", "point")
 STATUS_GROUNDED, STATUS_FAILED, STATUS_AMBIGUOUS = 0, 1, 2
 STATUS_NAMES = ("grounded", "failed", "ambiguous", "cancelled")
+TARGET_NONE, TARGET_OBJECT, TARGET_AREA = 0, 1, 2
 STAGE_IDLE, STAGE_DONE, STAGE_FAILED, STAGE_STOPPED = 0, 11, 12, 13
 SPEECH_IDLE, SPEECH_RECOGNISING = 0, 2
 

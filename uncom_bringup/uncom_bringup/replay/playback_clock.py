@@ -15,14 +15,10 @@ from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
 from uncom_bringup.replay.keyboard import DOWN, RIGHT, SPACE, UP
+from uncom_bringup.replay.options import PLAYBACK, PlaybackOptions
 
 AnyT = TypeVar("AnyT")
 ItemT = TypeVar("ItemT", bound="Timed")
-_AHEAD = 40  # messages made ready before their time
-_TICK_S = 0.01
-_TELL_S = 0.02  # every listener wakes when it is told the time
-_SPIN_S = 0.0004  # sleeping wakes late by about this much
-_RATES = 1.25  # up and down change the rate by so much
 
 
 class Timed(Protocol):
@@ -43,7 +39,7 @@ class Played:
     ended: bool  # False if the user had enough
 
 
-def prefetch(items: Iterable[AnyT], most: int = _AHEAD) -> Iterator[AnyT]:
+def prefetch(items: Iterable[AnyT], most: int = PLAYBACK.prefetched) -> Iterator[AnyT]:
     """Yield items that another thread has made some way (at most `most`) ahead; its errors are raised here."""
     ready: queue.Queue[tuple[AnyT | None, BaseException | None]] = queue.Queue(most)
     stopped = threading.Event()
@@ -91,8 +87,18 @@ class Playback(Generic[ItemT]):
         tell_time: Callable[[int], None],
         key: Callable[[], str | None] = lambda: None,
         show: Callable[[int, str], None] = lambda _ns, _state: None,
+        options: PlaybackOptions = PLAYBACK,
     ) -> None:
-        """Keep what to do: `tell_time` and `show` get the bag's time [ns] often, `key` gives the newest key."""
+        """Nothing is sent yet.
+
+        Args:
+            send: publishes one item.
+            tell_time: gets the bag's time [ns] often, for /clock.
+            key: returns the newest key, or None.
+            show: gets the bag's time [ns] and the state in words, for a progress bar.
+            options: numbers of the pace.
+        """
+        self._options = options
         self._send, self._tell_time, self._key, self._show = send, tell_time, key, show
         self.rate = 1.0
         self.paused = False
@@ -144,7 +150,7 @@ class Playback(Generic[ItemT]):
                     self._steps -= 1
                     return True
                 self._show(now_ns, "paused")
-                time.sleep(_TICK_S)
+                time.sleep(self._options.tick_s)
                 continue
             ahead_s = 1e-9 * (due_ns - now_ns) / self.rate
             if ahead_s <= 0.0:
@@ -152,13 +158,13 @@ class Playback(Generic[ItemT]):
             # In simulated time the clock goes on between messages, too.
             self._tell(now_ns)
             self._show(now_ns, f"rate {self.rate:.2g}")
-            if ahead_s > _SPIN_S:
-                time.sleep(min(ahead_s - _SPIN_S, _TICK_S))
+            if ahead_s > self._options.wake_up_delay_s:
+                time.sleep(min(ahead_s - self._options.wake_up_delay_s, self._options.tick_s))
 
     def _tell(self, now_ns: int) -> None:
         """Tell the time, unless that was done a moment ago."""
         wall_s = time.monotonic()
-        if self.paused or wall_s - self._told_s >= _TELL_S:
+        if self.paused or wall_s - self._told_s >= self._options.clock_period_s:
             self._told_s = wall_s
             self._tell_time(now_ns)
 
@@ -174,7 +180,7 @@ class Playback(Generic[ItemT]):
             self._steps += 1
         elif key in (UP, DOWN):
             self._rebase()
-            self.rate *= _RATES if key == UP else 1.0 / _RATES
+            self.rate *= self._options.rate_factor if key == UP else 1.0 / self._options.rate_factor
         elif key == "q":
             self._done = True
 

@@ -21,10 +21,10 @@ from uncom_bringup.bags.bag_reader import BagMessage, BagReader, BagTopic
 from uncom_bringup.exceptions import BadInputError, UnknownTypeError
 from uncom_bringup.graph.topics import NOT_REPLAYED
 from uncom_bringup.monitor.conversions import compressed_to_image, message_class
+from uncom_bringup.replay.options import PLAYER
 
 _COMPRESSED = "sensor_msgs/msg/CompressedImage"
 _TRANSPORTS = ("compressedDepth", "compressed")
-_CLOCK_PERIOD_NS = 10_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +135,7 @@ class PlayerNode(Node):
 
     def tell_time(self, time_ns: int) -> None:
         """Publish the bag's time on /clock, at most every 10 ms of it."""
-        if self._clock is not None and not 0 <= time_ns - self._clock_ns < _CLOCK_PERIOD_NS:
+        if self._clock is not None and not 0 <= time_ns - self._clock_ns < PLAYER.clock_period_ns:
             self._clock_ns = time_ns
             self._clock.publish(Clock(clock=time_to_msg(1e-9 * time_ns)))
 

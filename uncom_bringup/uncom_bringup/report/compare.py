@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from uncom_bringup.exceptions import BadInputError
+from uncom_bringup.report.options import COMPARISON
 from uncom_bringup.report.reproducible_result import COMMANDS_FILE
 
-_SAME_BOX = 0.5  # overlap of the boxes of one thing in two runs
-_PARTS = ("act", "text", "object", "action", "target", "relation", "reason")
+_COMMAND_PARTS = ("act", "text", "object", "action", "target", "relation", "reason")
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +108,7 @@ def _commands(before: Mapping[str, Any], after: Mapping[str, Any], tolerance: To
         if old is None or new is None:
             yield Difference("command", where, old and old["text"], new and new["text"])
             continue
-        for part in _PARTS:
+        for part in _COMMAND_PARTS:
             if old.get(part) != new.get(part):
                 yield Difference("command", f"{where}, {part}", old.get(part), new.get(part))
         decisions = zip_longest(old["decisions"], new["decisions"])
@@ -145,7 +145,7 @@ def _candidates(
     left = list(new)
     for was in old:
         now = max(left, key=lambda other: _overlap(was["box"], other["box"]), default=None)
-        if now is None or _overlap(was["box"], now["box"]) < _SAME_BOX:
+        if now is None or _overlap(was["box"], now["box"]) < COMPARISON.min_overlap:
             yield Difference("candidates", f"{where}, {part}", was["label"], None)
             continue
         left.remove(now)

@@ -13,6 +13,8 @@ from uncom_bringup.monitor.run_record import (
     PRIMITIVE_NAMES,
     STATUS_GROUNDED,
     STATUS_NAMES,
+    TARGET_AREA,
+    TARGET_OBJECT,
     Event,
     name_of,
 )
@@ -67,11 +69,11 @@ def _grounded(data: Mapping[str, Any]) -> str:
     thing = data["object"]
     parts = [f"{thing['label'] or data['object_text']} {_where(thing)}, p={data['object_probability']:.2f}"]
     target = data["target"]
-    if target["kind"] == 1:
+    if target["kind"] == TARGET_OBJECT:
         where = target["object"]
         name = where["label"] or data["target_text"]
         parts.append(f"{name} {_where(where)}, p={data['target_probability']:.2f}")
-    elif target["kind"] == 2:
+    elif target["kind"] == TARGET_AREA:
         parts.append(f"free place {_place(target['pose']['position'])}, p={data['target_probability']:.2f}")
     return "chosen|" + "  ->  ".join(parts)
 

@@ -25,6 +25,7 @@ from uncom_bringup.monitor.run_record import (
     name_of,
 )
 from uncom_bringup.report import execution_tree, progress, summary, table_map, timeline
+from uncom_bringup.report.options import PAGE
 
 _TEMPLATE = "report.html.j2"
 _ROLES = {
@@ -34,7 +35,6 @@ _ROLES = {
     "reference": "thing that the place is beside",
     "second": "other thing that the place is between",
 }
-_NAMED_CELLS = 12  # of all places weighed, the likeliest
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +134,7 @@ def _tables(explanation: Mapping[str, Any]) -> list[dict[str, Any]]:
         candidates = sorted(part.get("candidates") or (), key=lambda c: -c["probability"])
         if not candidates:
             continue
-        shown = [c for n, c in enumerate(candidates) if n < _NAMED_CELLS or c["chosen"] or c["id"] == "none"]
+        shown = [c for n, c in enumerate(candidates) if n < PAGE.max_candidates or c["chosen"] or c["id"] == "none"]
         names = list(dict.fromkeys(name for c in shown for name in c["factors"]))
         rows = [
             {
@@ -211,7 +211,8 @@ def _trees(record: RunRecord) -> list[list[execution_tree.Row]]:
 def _short(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.4g}"
-    if isinstance(value, list) and len(value) > 8:
+    if isinstance(value, list) and len(value) > PAGE.max_list_values:
         return f"{len(value)} values"
     written = json.dumps(value) if isinstance(value, (list, dict)) else str(value)
-    return written if len(written) <= 120 else written[:117] + "..."
+    most = PAGE.max_value_chars
+    return written if len(written) <= most else written[: most - 3] + "..."

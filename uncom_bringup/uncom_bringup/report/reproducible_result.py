@@ -12,11 +12,11 @@ from typing import Any
 from uncom_bringup.monitor import run_record
 from uncom_bringup.monitor.run_record import ACT_NAMES, PRIMITIVE_NAMES, STATUS_NAMES, RunRecord, name_of
 from uncom_bringup.report import summary
+from uncom_bringup.report.options import RESULT
 
 COMMANDS_FILE = "command.json"  # the file of a run that holds it
 # Fields that tell of the machine and the moment, not of what was said and seen.
 _RUN_SPECIFIC_FIELDS = frozenset({"latency_s", "session"})
-_DIGITS = 6
 
 
 def reproducible_result(record: RunRecord) -> dict[str, Any]:
@@ -115,7 +115,7 @@ def _candidate(data: Mapping[str, Any]) -> dict[str, Any]:
 
 def _rounded(value: Any) -> Any:
     if isinstance(value, float):
-        return round(value, _DIGITS)
+        return round(value, RESULT.digits)
     if isinstance(value, Mapping):
         return {key: _rounded(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):

@@ -13,6 +13,8 @@ from uncom_bringup.monitor.run_record import (
     PRIMITIVE_NAMES,
     STAGE_IDLE,
     STATUS_GROUNDED,
+    TARGET_AREA,
+    TARGET_OBJECT,
     Event,
     RunRecord,
     name_of,
@@ -55,10 +57,10 @@ def chosen_places(grounded: Mapping[str, Any]) -> dict[str, Any]:
     if grounded["object"].get("has_geometry", True):
         result["object"] = _point(grounded["object"]["centroid"])
     target = grounded["target"]
-    if target["kind"] == 1:
+    if target["kind"] == TARGET_OBJECT:
         if target["object"].get("has_geometry", True):
             result["target"] = _point(target["object"]["centroid"])
-    elif target["kind"] == 2:
+    elif target["kind"] == TARGET_AREA:
         result["area"] = _point(target["pose"]["position"])[:2]
     return result
 
@@ -68,7 +70,7 @@ def chosen_boxes(grounded: Mapping[str, Any] | None) -> dict[str, list[float] | 
     boxes: dict[str, list[float] | None] = {"object": None, "target": None}
     if grounded is not None and grounded["status"] == STATUS_GROUNDED:
         boxes["object"] = _box(grounded["object"])
-        if grounded["target"]["kind"] == 1:
+        if grounded["target"]["kind"] == TARGET_OBJECT:
             boxes["target"] = _box(grounded["target"]["object"])
     return boxes
 

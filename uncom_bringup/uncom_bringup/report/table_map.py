@@ -10,10 +10,11 @@ from typing import Any
 
 from markupsafe import Markup
 
+from uncom_bringup.monitor.run_record import STATUS_GROUNDED, TARGET_OBJECT
 from uncom_bringup.report import svg
+from uncom_bringup.report.options import MAP
 
-_WIDTH, _MARGIN = 620.0, 26.0
-_RAY_M = 2.0
+_TRIANGLE_CORNERS = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +31,7 @@ class _Plan:
     def at(self, point: Sequence[float]) -> tuple[float, float]:
         """Place of a point in the drawing."""
         across, down = (-point[1], -point[0]) if self.metric else (point[0], point[1])
-        return _MARGIN + (across - self.low[0]) * self.scale, _MARGIN + (down - self.low[1]) * self.scale
+        return MAP.margin_px + (across - self.low[0]) * self.scale, MAP.margin_px + (down - self.low[1]) * self.scale
 
     def inside(self, size: tuple[float, float], place: tuple[float, float]) -> bool:
         """Whether a place lies in a drawing of this size."""
@@ -41,7 +42,7 @@ def draw(explanation: Mapping[str, Any], grounded: Mapping[str, Any]) -> Markup:
     """Draw the map of one decision; empty if the table was not seen."""
     table = explanation.get("table") or {}
     outline = table.get("polygon") or []
-    if len(outline) < 3:
+    if len(outline) < _TRIANGLE_CORNERS:
         return Markup("")
     plan, height = _plan(bool(table.get("metric", True)), outline)
     parts = [svg.polygon([plan.at(p) for p in outline], "table")]
@@ -51,27 +52,27 @@ def draw(explanation: Mapping[str, Any], grounded: Mapping[str, Any]) -> Markup:
         parts.append(svg.polygon([plan.at(p) for p in cell["polygon"]], f"cell {state}", title))
     if plan.metric:
         parts += _things(plan, grounded)
-        parts += _rays(plan, explanation, (_WIDTH, height))
+        parts += _rays(plan, explanation, (MAP.width_px, height))
     parts += _place(plan, explanation)
     if plan.metric:
-        parts.append(svg.text("robot", _WIDTH / 2, height - 7, "tick", "middle"))
-        parts.append(svg.text("10 cm", _MARGIN + 0.05 * plan.scale, height - 9, "tick", "middle"))
-        parts.append(svg.line(_MARGIN, height - 6, _MARGIN + 0.1 * plan.scale, height - 6, "axis"))
-    return svg.drawing(_WIDTH, height, parts, "map of the table with occupied, free and chosen cells")
+        parts.append(svg.text("robot", MAP.width_px / 2, height - 7, "tick", "middle"))
+        parts.append(svg.text("10 cm", MAP.margin_px + 0.05 * plan.scale, height - 9, "tick", "middle"))
+        parts.append(svg.line(MAP.margin_px, height - 6, MAP.margin_px + 0.1 * plan.scale, height - 6, "axis"))
+    return svg.drawing(MAP.width_px, height, parts, "map of the table with occupied, free and chosen cells")
 
 
 def _plan(metric: bool, outline: Sequence[Sequence[float]]) -> tuple[_Plan, float]:
     turned = [(-p[1], -p[0]) if metric else (p[0], p[1]) for p in outline]
     low = min(p[0] for p in turned), min(p[1] for p in turned)
     high = max(p[0] for p in turned), max(p[1] for p in turned)
-    scale = (_WIDTH - 2 * _MARGIN) / max(1e-6, high[0] - low[0])
-    return _Plan(metric, low, scale), 2 * _MARGIN + (high[1] - low[1]) * scale
+    scale = (MAP.width_px - 2 * MAP.margin_px) / max(1e-6, high[0] - low[0])
+    return _Plan(metric, low, scale), 2 * MAP.margin_px + (high[1] - low[1]) * scale
 
 
 def _things(plan: _Plan, grounded: Mapping[str, Any]) -> Iterator[str]:
-    object_id = grounded["object"]["id"] if grounded["status"] == 0 else ""
+    object_id = grounded["object"]["id"] if grounded["status"] == STATUS_GROUNDED else ""
     target = grounded["target"]
-    target_id = target["object"]["id"] if target["kind"] == 1 else ""
+    target_id = target["object"]["id"] if target["kind"] == TARGET_OBJECT else ""
     drawn = set()
     for thing in (*grounded["scene"], grounded["object"], target["object"]):
         if not thing["has_geometry"] or thing["id"] in drawn:
@@ -104,7 +105,7 @@ def _rays(plan: _Plan, explanation: Mapping[str, Any], size: tuple[float, float]
             end = begin
             # Drawn to the table or to the border of the map, whichever comes first.
             for step in range(1, 101):
-                reach = _RAY_M * step / 100.0
+                reach = MAP.ray_m * step / 100.0
                 place = plan.at((tip[0] + reach * direction[0], tip[1] + reach * direction[1]))
                 height = tip[2] + reach * direction[2]
                 if not plan.inside(size, place) or height < _support_height(explanation):
@@ -126,7 +127,7 @@ def _place(plan: _Plan, explanation: Mapping[str, Any]) -> Iterator[str]:
         (a, b), (_, d) = point["covariance"]
         x, y = plan.at(point["mean"])
         radius = 2.0 * math.sqrt(max(1e-12, (a + d + math.hypot(a - d, 2.0 * b)) / 2.0)) * plan.scale
-        yield svg.element("circle", cx=x, cy=y, r=min(radius, _WIDTH / 3), cls="uncertain")
+        yield svg.element("circle", cx=x, cy=y, r=min(radius, MAP.width_px / 3), cls="uncertain")
     position = target.get("position")
     if position and plan.metric:
         x, y = plan.at(position)

@@ -11,11 +11,9 @@ from markupsafe import Markup
 
 from uncom_bringup.monitor.run_record import Event
 from uncom_bringup.report import svg
+from uncom_bringup.report.options import TIMELINE
 
-_WIDTH, _LEFT, _RIGHT = 980.0, 96.0, 16.0
-_WORDS, _ROWS = 44.0, {"hands": 96.0, "object": 126.0, "target": 156.0}
-_HEIGHT = 196.0
-_BEFORE_S, _AFTER_S = 0.8, 1.2
+_ROWS_PX = {"hands": TIMELINE.hands_y_px, "object": TIMELINE.object_y_px, "target": TIMELINE.target_y_px}
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +26,7 @@ class _Scale:
     def x(self, seconds: float) -> float:
         """Place of a time, clipped to the drawing."""
         share = (seconds - self.begin_s) / max(1e-6, self.end_s - self.begin_s)
-        return _LEFT + min(1.0, max(0.0, share)) * (_WIDTH - _LEFT - _RIGHT)
+        return TIMELINE.left_px + min(1.0, max(0.0, share)) * (TIMELINE.width_px - TIMELINE.left_px - TIMELINE.right_px)
 
     def shows(self, seconds: float) -> bool:
         """Whether a time is inside."""
@@ -45,47 +43,66 @@ def draw(words: Sequence[Mapping[str, Any]], hands: Sequence[Event], explanation
     """
     if not words:
         return Markup("")
-    scale = _Scale(float(words[0]["start"]) - _BEFORE_S, float(words[-1]["end"]) + _AFTER_S)
+    scale = _Scale(float(words[0]["start"]) - TIMELINE.before_s, float(words[-1]["end"]) + TIMELINE.after_s)
     parts = [*_axis(scale, float(words[0]["start"])), *_words(scale, words, explanation), *_hands(scale, hands)]
     for role in ("object", "target"):
         parts += _gesture(scale, role, (explanation.get("rays") or {}).get(role))
         parts += _frame(scale, role, (explanation.get("frames") or {}).get(role))
-    return svg.drawing(_WIDTH, _HEIGHT, parts, "words and pointing rays over time")
+    return svg.drawing(TIMELINE.width_px, TIMELINE.height_px, parts, "words and pointing rays over time")
 
 
 def _axis(scale: _Scale, zero_s: float) -> list[str]:
-    parts = [svg.line(_LEFT, _HEIGHT - 22, _WIDTH - _RIGHT, _HEIGHT - 22, "axis")]
-    step = 0.5 if scale.end_s - scale.begin_s < 8.0 else 1.0
+    parts = [
+        svg.line(
+            TIMELINE.left_px,
+            TIMELINE.height_px - 22,
+            TIMELINE.width_px - TIMELINE.right_px,
+            TIMELINE.height_px - 22,
+            "axis",
+        )
+    ]
+    step = 0.5 if scale.end_s - scale.begin_s < TIMELINE.fine_ticks_below_s else 1.0
     number = round((scale.begin_s - zero_s) / step)
     while zero_s + number * step <= scale.end_s:
         moment = zero_s + number * step
         if scale.shows(moment):
             x = scale.x(moment)
-            parts.append(svg.line(x, _HEIGHT - 26, x, _HEIGHT - 18, "axis"))
-            parts.append(svg.text(f"{number * step:g} s", x, _HEIGHT - 4, "tick", "middle"))
+            parts.append(svg.line(x, TIMELINE.height_px - 26, x, TIMELINE.height_px - 18, "axis"))
+            parts.append(svg.text(f"{number * step:g} s", x, TIMELINE.height_px - 4, "tick", "middle"))
         number += 1
     return parts
 
 
 def _words(scale: _Scale, words: Sequence[Mapping[str, Any]], explanation: Mapping[str, Any]) -> list[str]:
     spans = (explanation.get("command") or {}).get("spans") or {}
-    parts = [svg.text("words", 4, _WORDS + 5, "rowname")]
+    parts = [svg.text("words", 4, TIMELINE.words_y_px + 5, "rowname")]
     for word in words:
         start, end = float(word["start"]), float(word["end"])
         middle = (start + end) / 2.0
         role = next((name for name, (low, high) in spans.items() if low <= middle <= high), "other")
         x, width = scale.x(start), scale.x(end) - scale.x(start)
         title = f"{word['text']}: {start:.2f} to {end:.2f} s, confidence {word['confidence']:.2f}"
-        parts.append(svg.rectangle(x, _WORDS - 16, width - 1, 30, f"word {role}", title))
+        parts.append(svg.rectangle(x, TIMELINE.words_y_px - 16, width - 1, 30, f"word {role}", title))
         # Short words stand higher so that neighbours do not run into each other.
         narrow = width < 7.5 * len(word["text"]) + 4
-        parts.append(svg.text(word["text"], x + width / 2, _WORDS - 22 if narrow else _WORDS + 4, "wordtext", "middle"))
+        parts.append(
+            svg.text(
+                word["text"],
+                x + width / 2,
+                TIMELINE.words_y_px - 22 if narrow else TIMELINE.words_y_px + 4,
+                "wordtext",
+                "middle",
+            )
+        )
     return parts
 
 
 def _hands(scale: _Scale, hands: Sequence[Event]) -> list[str]:
-    y = _ROWS["hands"]
-    parts = [svg.text("hands seen", 4, y + 4, "rowname"), svg.line(_LEFT, y, _WIDTH - _RIGHT, y, "guide")]
+    y = _ROWS_PX["hands"]
+    parts = [
+        svg.text("hands seen", 4, y + 4, "rowname"),
+        svg.line(TIMELINE.left_px, y, TIMELINE.width_px - TIMELINE.right_px, y, "guide"),
+    ]
     for event in hands:
         if not scale.shows(event.stamp_s):
             continue
@@ -100,8 +117,11 @@ def _hands(scale: _Scale, hands: Sequence[Event]) -> list[str]:
 
 
 def _gesture(scale: _Scale, role: str, ray: Mapping[str, Any] | None) -> list[str]:
-    y = _ROWS[role]
-    parts = [svg.text(f"{role} rays", 4, y + 4, "rowname"), svg.line(_LEFT, y, _WIDTH - _RIGHT, y, "guide")]
+    y = _ROWS_PX[role]
+    parts = [
+        svg.text(f"{role} rays", 4, y + 4, "rowname"),
+        svg.line(TIMELINE.left_px, y, TIMELINE.width_px - TIMELINE.right_px, y, "guide"),
+    ]
     if ray is None:
         return parts
     start, end = ray["span"]
@@ -122,8 +142,8 @@ def _frame(scale: _Scale, role: str, stamp: float | None) -> list[str]:
     if not stamp or not scale.shows(stamp):
         return []
     x = scale.x(stamp)
-    above = _ROWS["hands"] - 22
+    above = _ROWS_PX["hands"] - 22
     return [
-        svg.line(x, above, x, _ROWS[role] + 12, f"frame {role}"),
+        svg.line(x, above, x, _ROWS_PX[role] + 12, f"frame {role}"),
         svg.text(f"{role} frame", x + 3, above + (8 if role == "object" else -2), "tick"),
     ]

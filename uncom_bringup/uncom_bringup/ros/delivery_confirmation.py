@@ -17,23 +17,26 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 
 from uncom_bringup.exceptions import GraphError
-
-_ANSWER_S = 120.0  # wall time after which a node counts as broken
+from uncom_bringup.ros.options import LOCKSTEP, LockstepOptions
 
 
 class DeliveryConfirmation:
     """Counts what nodes were sent, and waits until they have processed it."""
 
-    def __init__(self, node: Node, names: Collection[str], check: Callable[[], None]) -> None:
+    def __init__(
+        self, node: Node, names: Collection[str], check: Callable[[], None], options: LockstepOptions = LOCKSTEP
+    ) -> None:
         """Make a client for each node.
 
         Args:
             node: calls the services; another thread must spin it.
             names: nodes that are sent messages.
             check: raises GraphError when one of them has died; called while waiting.
+            options: limits of the waits.
         """
         self._clients = {name: node.create_client(GetParameters, f"/{name}/get_parameters") for name in names}
         self._check = check
+        self._timeout_s = options.answer_timeout_s
         self._sent: Counter[tuple[str, str]] = Counter()
 
     def missing_nodes(self) -> list[str]:
@@ -68,9 +71,9 @@ class DeliveryConfirmation:
         done = threading.Event()
         future = client.call_async(request)
         future.add_done_callback(lambda _: done.set())
-        deadline = time.monotonic() + _ANSWER_S
+        deadline = time.monotonic() + self._timeout_s
         while not done.wait(0.2):
             self._check()
             if time.monotonic() > deadline:
-                raise GraphError(name, f"has not answered for {_ANSWER_S:.0f} s")
+                raise GraphError(name, f"has not answered for {self._timeout_s:.0f} s")
         return future.result()

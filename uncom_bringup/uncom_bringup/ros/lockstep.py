@@ -9,9 +9,8 @@ transcript, and the reasoner says itself when it can do no more with what it has
 
 from __future__ import annotations
 
-import threading
 import time
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -31,22 +30,15 @@ from uncom_bringup.monitor.monitor_node import MonitorNode
 from uncom_bringup.monitor.run_record import Event
 from uncom_bringup.replay.player_node import PlayerNode
 from uncom_bringup.ros.delivery_confirmation import DeliveryConfirmation
+from uncom_bringup.ros.node_outputs import NodeOutputs
+from uncom_bringup.ros.options import LOCKSTEP, LockstepOptions
 from uncom_bringup.ros.topic_subscribers import NODES, TopicSubscribers
 
 _VOCABULARY = "/uncom/vocabulary"
 SPEECH, LANGUAGE, GESTURE, REASONER = (spec.name for spec in (SPEECH_NODE, LANGUAGE_NODE, GESTURE_NODE, REASONER_NODE))
-# Limits of wall time [s]; they end a wait for a node that is broken, and are far above what a slow machine takes.
-_ANSWER_S = 120.0
-_QUIET_S = 20.0
-_PICTURE_S = 20.0  # until an image counts as lost on the way; the middleware sends it again until then
-_SILENCE_S = 0.05
-_LONGEST_SILENCE_S = 40.0  # [s] of the bag's time after its end
-_DEPTH_LATER_NS = 60_000_000
-_MOST_PENDING = 4
 _PICTURES = (topics.RGB.name, topics.RGB.stored_name)
 _DEPTHS = (topics.DEPTH.name, topics.DEPTH.stored_name)
-_ALWAYS = float("-inf")
-_SAME_S = 1e-6
+_LONG_AGO_S = float("-inf")
 
 
 @dataclass(slots=True)
@@ -67,57 +59,36 @@ class Lockstep:
         monitor: MonitorNode,
         check: Callable[[], None],
         note: Callable[[str], None],
+        options: LockstepOptions = LOCKSTEP,
     ) -> None:
-        """Prepare; `note` gets warnings."""
+        """Nothing is played yet.
+
+        Args:
+            bag: what to play.
+            player: publishes it.
+            monitor: hears what the nodes publish; another thread must spin it.
+            check: raises GraphError when a node has died; called while waiting.
+            note: gets warnings, a line each.
+            options: limits of the waits.
+        """
         self._bag = bag
+        self._options = options
         self._player = player
         self._monitor = monitor
         self._check = check
         self._note = note
-        self._delivery = DeliveryConfirmation(monitor, NODES, check)
-        self._changed = threading.Condition()
-        self._hands_s = float("-inf")
-        self._transcripts: list[tuple[str, str]] = []
-        self._answered: Counter[str] = Counter()
-        self._announced: dict[str, int] = {}
-        self._undecided: dict[tuple[str, int], str] = {}
+        self._delivery = DeliveryConfirmation(monitor, NODES, check, options)
+        self._outputs = NodeOutputs(check)
         self._settle = {name: monitor.create_client(Trigger, f"/{name}/settle") for name in (SPEECH, GESTURE, REASONER)}
         self._last_hands_s = float("-inf")
-        self._speech_changed = False
-        self._image_s = self._depth_s = _ALWAYS  # stamps of the last ones that were shown
+        self._image_s = self._depth_s = _LONG_AGO_S  # stamps of the last ones that were shown
         self._subscribers = TopicSubscribers(bag, player, monitor)
         self.counts = PictureCounts()
         self._silence = player.create_publisher(AudioDataStamped, topics.AUDIO.name, 500)
 
     def on_event(self, event: Event) -> None:
-        """Take note of an event."""
-        data = event.data
-        with self._changed:
-            if event.kind == run_record.HANDS:
-                self._hands_s = event.stamp_s
-            elif event.kind == run_record.SPEECH_STATUS:
-                self._speech_changed = True
-            elif event.kind == run_record.TRANSCRIPT:
-                self._transcripts.append((str(data["utterance_id"]), str(data["text"])))
-            elif event.kind == run_record.COMMAND:
-                self._answered[str(data["utterance_id"])] += 1
-                self._announced[str(data["utterance_id"])] = max(1, int(data["count"]))
-                self._undecided[str(data["utterance_id"]), int(data["index"])] = str(data["text"])
-            elif event.kind == run_record.GROUNDED:
-                self._undecided.pop((str(data["utterance_id"]), int(data["index"])), None)
-            self._changed.notify_all()
-
-    def _wait(self, condition: Callable[[], bool], limit_s: float) -> bool:
-        """Wait until a condition on what was heard holds; False if it does not within limit_s of wall time."""
-        deadline = time.monotonic() + limit_s
-        with self._changed:
-            while not condition():
-                left = deadline - time.monotonic()
-                if left <= 0.0:
-                    return False
-                self._changed.wait(min(0.5, left))
-                self._check()
-        return True
+        """Take note of an event of the monitor."""
+        self._outputs.add(event)
 
     def missing_nodes(self) -> list[str]:
         """Return the nodes that are not up yet."""
@@ -137,7 +108,7 @@ class Lockstep:
         begin = time.monotonic()
         sounds: deque[BagMessage] = deque(maxlen=2)
         depths = [name for name in _DEPTHS if name in wanted]
-        for message in with_depth_first(self._bag.messages(wanted), _PICTURES, depths, _DEPTH_LATER_NS):
+        for message in with_depth_first(self._bag.messages(wanted), _PICTURES, depths, self._options.depth_delay_ns):
             offset_s = 1e-9 * (message.time_ns - self._bag.start_ns)
             while rate is not None and (ahead_s := offset_s / rate - (time.monotonic() - begin)) > 0.0:
                 self._check()
@@ -152,7 +123,7 @@ class Lockstep:
         """Say first what a late listener would hear at once, and wait until every publisher was found."""
         latched = {topic.name for topic in self._bag.topics if topic.latched} | {topics.AUDIO_INFO.name}
         first = latched | {topics.RGB_INFO.name, topics.DEPTH_INFO.name}
-        deadline = time.monotonic() + _ANSWER_S
+        deadline = time.monotonic() + self._options.answer_timeout_s
         while late := [
             name for name in wanted if self._player.subscription_count(name) < len(self._subscribers.subscribers(name))
         ]:
@@ -168,17 +139,17 @@ class Lockstep:
                 self._publish(message)
             if not todo:
                 break
-        self._player.wait_until_taken(_QUIET_S)
+        self._player.wait_until_taken(self._options.quiet_timeout_s)
         self._delivery.wait_until_processed(*NODES, rounds=1)
         offered = len(self._monitor.get_publishers_info_by_topic(_VOCABULARY))
-        deadline = time.monotonic() + _QUIET_S
+        deadline = time.monotonic() + self._options.quiet_timeout_s
         while self._await_settled(SPEECH)[0] < offered and time.monotonic() < deadline:
             time.sleep(0.01)
 
     def _publish(self, message: BagMessage) -> None:
         self._player.publish(message)
         for name in self._subscribers.nodes_of(message.topic.name):
-            if self._delivery.count_sent(name, message.topic.name) >= _MOST_PENDING:
+            if self._delivery.count_sent(name, message.topic.name) >= self._options.max_pending:
                 self._delivery.wait_until_processed(name)
 
     def _step(self, message: BagMessage) -> None:
@@ -196,8 +167,10 @@ class Lockstep:
 
     def _await_depth(self) -> None:
         """Let gesture_node have a depth image before the picture that it belongs to."""
-        depth_s = self._depth_s if self._subscribers.subscribes(GESTURE, _DEPTHS) else _ALWAYS
-        self._await_settled(GESTURE, lambda numbers: numbers[1] >= depth_s - _SAME_S, "a depth image")
+        depth_s = self._depth_s if self._subscribers.subscribes(GESTURE, _DEPTHS) else _LONG_AGO_S
+        self._await_settled(
+            GESTURE, lambda numbers: numbers[1] >= depth_s - self._options.stamp_tolerance_s, "a depth image"
+        )
 
     def _await_hands(self) -> None:
         """Wait until the picture was examined; decisions may follow."""
@@ -205,8 +178,12 @@ class Lockstep:
         before = self.counts.examined  # what was lost on its way once is not waited for again
         hands_s, _, examined = self._await_settled(GESTURE, lambda numbers: numbers[2] > before, "a picture")
         self.counts.examined = int(examined)
-        if not self._wait(lambda: self._hands_s >= hands_s - _SAME_S, _ANSWER_S):
-            raise GraphError(GESTURE, f"has told of hands that have not come for {_ANSWER_S:.0f} s")
+        if not self._outputs.wait(
+            lambda: self._outputs.hands_s >= hands_s - self._options.stamp_tolerance_s, self._options.answer_timeout_s
+        ):
+            raise GraphError(
+                GESTURE, f"has told of hands that have not come for {self._options.answer_timeout_s:.0f} s"
+            )
         self._last_hands_s = hands_s
         self._await_decisions()
 
@@ -225,46 +202,46 @@ class Lockstep:
             waited_s = time.monotonic() - start
             if answer.success and ready(numbers):
                 return numbers
-            if answer.success and waited_s > _PICTURE_S:
+            if answer.success and waited_s > self._options.image_timeout_s:
                 self._note(f"warning: {what} has not reached {node}")
                 return numbers
             self._check()
-            if waited_s > _ANSWER_S:
-                raise GraphError(node, f"has been busy for {_ANSWER_S:.0f} s")
+            if waited_s > self._options.answer_timeout_s:
+                raise GraphError(node, f"has been busy for {self._options.answer_timeout_s:.0f} s")
             time.sleep(0.002)
 
     def _await_speech(self) -> None:
         """Let speech_node examine the sound, and what it heard be understood, before time goes on."""
         self._await_settled(SPEECH)
-        while self._transcripts:
+        while self._outputs.transcripts:
             self._delivery.wait_until_processed(LANGUAGE, rounds=2)
-            self._await_commands(*self._transcripts.pop(0))
-            self._speech_changed = True
-        if self._speech_changed:
+            self._await_commands(*self._outputs.transcripts.pop(0))
+            self._outputs.speech_changed = True
+        if self._outputs.speech_changed:
             # Speech makes these two attentive: they must know of it before the next picture.
-            self._speech_changed = False
+            self._outputs.speech_changed = False
             self._delivery.wait_until_processed(GESTURE, REASONER, rounds=2)
         self._await_decisions()
 
     def _await_commands(self, utterance: str, text: str) -> None:
-        def answered() -> bool:
-            return self._answered[utterance] >= self._announced.get(utterance, 1)
-
-        if not self._wait(answered, _ANSWER_S):  # language_node answers every transcript, if only to refuse it
-            raise GraphError(LANGUAGE, f'has not answered "{text}" for {_ANSWER_S:.0f} s')
+        # language_node answers every transcript, if only to refuse it.
+        timeout_s = self._options.answer_timeout_s
+        if not self._outputs.wait(lambda: self._outputs.is_answered(utterance), timeout_s):
+            raise GraphError(LANGUAGE, f'has not answered "{text}" for {timeout_s:.0f} s')
 
     def _await_decisions(self) -> None:
         """Let the reasoner do all it can do with what was played so far, while there is anything to decide."""
-        with self._changed:
-            if not self._undecided:
-                return
-        image_s = self._image_s if self._subscribers.subscribes(REASONER, _PICTURES) else _ALWAYS
-        depth_s = self._depth_s if self._subscribers.subscribes(REASONER, _DEPTHS) else _ALWAYS
+        if not self._outputs.undecided():
+            return
+        image_s = self._image_s if self._subscribers.subscribes(REASONER, _PICTURES) else _LONG_AGO_S
+        depth_s = self._depth_s if self._subscribers.subscribes(REASONER, _DEPTHS) else _LONG_AGO_S
         # Hands come from another node, and images may be overtaken on their way.
         sent = (self._last_hands_s, image_s, depth_s)
         self._await_settled(
             REASONER,
-            lambda numbers: all(has >= due - _SAME_S for has, due in zip(numbers, sent, strict=True)),
+            lambda numbers: all(
+                has >= due - self._options.stamp_tolerance_s for has, due in zip(numbers, sent, strict=True)
+            ),
             "what was shown last",
         )
 
@@ -273,21 +250,19 @@ class Lockstep:
         if not sounds:
             return
         sound, stamps = sounds[-1], [seconds_from_msg(sound.header.stamp) for sound in sounds]
-        length_s = stamps[-1] - stamps[0] if 0.0 < stamps[-1] - stamps[0] < 1.0 else _SILENCE_S
+        length_s = stamps[-1] - stamps[0] if 0.0 < stamps[-1] - stamps[0] < 1.0 else self._options.silence_chunk_s
         sound.audio.data = bytes(len(sound.audio.data))
         end_s = stamps[-1] + length_s
         bag_end_s = 1e-9 * self._bag.start_ns + self._bag.duration_s
-        for number in range(int(_LONGEST_SILENCE_S / length_s)):
-            with self._changed:
-                waiting = bool(self._undecided)
-            if not waiting and self._silent_since_s() >= end_s:
+        for number in range(int(self._options.max_silence_s / length_s)):
+            if not self._outputs.undecided() and self._silent_since_s() >= end_s:
                 return
             self._player.tell_time(int(1e9 * (bag_end_s + (number + 1) * length_s)))
             sound.header.stamp = time_to_msg(end_s + number * length_s)
             self._silence.publish(sound)
             self._delivery.count_sent(SPEECH, topics.AUDIO.name)
             self._await_speech()
-        for text in self._undecided.values():
+        for text in self._outputs.undecided():
             self._note(f'warning: {REASONER} has not decided on "{text}"')
 
     def _silent_since_s(self) -> float:

@@ -34,10 +34,8 @@ from uncom_bringup.monitor.monitor_node import MonitorNode
 from uncom_bringup.monitor.run_record import Event
 from uncom_bringup.replay.playback_clock import Playback, prefetch
 from uncom_bringup.replay.player_node import PlayerNode, PreparedMessage, chosen_topics
+from uncom_bringup.ros.options import LATENCY
 
-_START_S = 90.0
-_ANSWER_S = 40.0  # after the end of a bag; a late answer must not be taken for one to the next bag
-_SUBSCRIBERS_S = 10.0
 STAGES = ("speech", "language", "deciding", "all")
 
 
@@ -64,7 +62,7 @@ def measure(bags: Sequence[Path], folder: Path, parameter_files: Sequence[Path],
     ):
         for spec in UNDERSTANDING_NODES:
             graph.start(spec, {"use_sim_time": True})
-        run = _Run(claim.domain, graph, say)
+        run = _LatencyRun(claim.domain, graph, say)
         try:
             run.wait_until_up()
             answers = list(run.play(bags[0])) if bags else []
@@ -108,7 +106,7 @@ def _memory_mb() -> float:
     return total / 1e6
 
 
-class _Run:
+class _LatencyRun:
     """Player and monitor in one context of their own."""
 
     def __init__(self, domain: int, graph: GraphProcesses, say: Callable[[str], None]) -> None:
@@ -143,11 +141,11 @@ class _Run:
 
     def wait_until_up(self) -> None:
         wanted = {spec.name for spec in UNDERSTANDING_NODES}
-        deadline = time.monotonic() + _START_S
+        deadline = time.monotonic() + LATENCY.start_timeout_s
         while missing := wanted - {name for name, _ in self._monitor.get_node_names_and_namespaces()}:
             self._graph.check()
             if time.monotonic() > deadline:
-                raise GraphError(", ".join(sorted(missing)), f"did not come up in {_START_S:.0f} s")
+                raise GraphError(", ".join(sorted(missing)), f"did not come up in {LATENCY.start_timeout_s:.0f} s")
             time.sleep(0.1)
 
     def play(self, path: Path) -> Iterator[Answer]:
@@ -170,16 +168,16 @@ class _Run:
                 yield answer
 
     def _wait_for_subscribers(self, player: PlayerNode) -> None:
-        deadline = time.monotonic() + _SUBSCRIBERS_S
+        deadline = time.monotonic() + LATENCY.subscribers_timeout_s
         while time.monotonic() < deadline:
             if player.count_subscribers("/audio") and player.count_subscribers("/uncom/hands"):
                 break
             time.sleep(0.05)
-        time.sleep(1.0)  # discovery is mutual, and only one side of it can be seen here
+        time.sleep(LATENCY.discovery_s)  # discovery is mutual, and only one side of it can be seen here
 
     def _await_answers(self, player: PlayerNode, start_s: float, start_ns: int) -> None:
         """Let time go on until every command has its decision, or for a while."""
-        deadline = time.monotonic() + _ANSWER_S
+        deadline = time.monotonic() + LATENCY.answer_timeout_s
         while time.monotonic() < deadline and not self._complete():
             player.tell_time(start_ns + int(1e9 * (time.monotonic() - start_s)))
             self._graph.check()

@@ -18,9 +18,8 @@ from uncom_bringup.exceptions import BadInputError
 from uncom_bringup.replay.keyboard import Keyboard
 from uncom_bringup.replay.playback_clock import Playback, Played, prefetch
 from uncom_bringup.replay.player_node import PlayerNode, PreparedMessage, chosen_topics
+from uncom_bringup.ros.options import REPLAY_SESSION
 
-_DISCOVERY_S = 1.0
-_BAR_WIDTH = 30
 _KEYS = "space: pause, s or right: one message, up and down: faster and slower, q: stop"
 
 
@@ -46,12 +45,12 @@ class _ProgressBar:
         self._shown_s = 0.0
 
     def show(self, now_ns: int, state: str) -> None:
-        if not self._terminal or time.monotonic() - self._shown_s < 0.1:
+        if not self._terminal or time.monotonic() - self._shown_s < REPLAY_SESSION.bar_period_s:
             return
         self._shown_s = time.monotonic()
         done_s = min(max(0.0, 1e-9 * (now_ns - self._start_ns)), self._length_s)
-        filled = round(_BAR_WIDTH * done_s / self._length_s)
-        bar = "=" * filled + "-" * (_BAR_WIDTH - filled)
+        filled = round(REPLAY_SESSION.bar_chars * done_s / self._length_s)
+        bar = "=" * filled + "-" * (REPLAY_SESSION.bar_chars - filled)
         sys.stderr.write(f"\r[{bar}] {done_s:6.1f} / {self._length_s:.1f} s  {state:<10}")
         sys.stderr.flush()
 
@@ -97,7 +96,7 @@ def _play(bag: BagReader, node: PlayerNode, chosen: Collection[BagTopic], option
     with Keyboard() as keyboard:
         keys = f"; {_KEYS}" if keyboard.present else ""
         output.note(f"replaying {length_s:.1f} s, {len(names)} topics, at rate {options.rate:g}{keys}")
-        time.sleep(_DISCOVERY_S)  # what is published before the listeners are found is lost to them
+        time.sleep(REPLAY_SESSION.discovery_s)  # what is published before the listeners are found is lost to them
         start_ns = bag.start_ns + int(1e9 * options.start_s)
         while True:
             bar = _ProgressBar(start_ns, length_s)

@@ -29,8 +29,8 @@ from uncom_bringup.report import progress
 from uncom_bringup.report.understanding_result import UnderstandingResult
 from uncom_bringup.ros.composed_graph import ComposedGraph
 from uncom_bringup.ros.lockstep import Lockstep
+from uncom_bringup.ros.options import LOCKSTEP
 
-_START_TIMEOUT_S = 120.0
 _PICTURES = (topics.RGB.name, topics.RGB.stored_name)
 _DEPTHS = (topics.DEPTH.name, topics.DEPTH.stored_name)
 
@@ -151,12 +151,12 @@ class _RecordingRun:
             self._say(words)
 
     def _wait_until_up(self, lockstep: Lockstep) -> None:
-        deadline = time.monotonic() + _START_TIMEOUT_S
+        deadline = time.monotonic() + LOCKSTEP.start_timeout_s
         while missing := lockstep.missing_nodes():
             self._check()
             if time.monotonic() > deadline:
                 raise GraphError(
-                    "the graph", f"is not up after {_START_TIMEOUT_S:.0f} s; missing: {', '.join(missing)}"
+                    "the graph", f"is not up after {LOCKSTEP.start_timeout_s:.0f} s; missing: {', '.join(missing)}"
                 )
             time.sleep(0.05)
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from uncom_bringup.bags import image_codec
+from uncom_bringup.bags import options as image_options
 from uncom_bringup.bags.image_codec import encode_depth, encode_jpeg
 
 from uncom_sim.bench_understanding.takes.options import FILMING, FilmingOptions
@@ -41,7 +42,9 @@ _SOURCES = (
 def generator_version() -> str:
     """Return a digest of all that draws and speaks: takes made by other sources are others."""
     root = Path(str(resources.files("uncom_sim")))
-    digest = hashlib.sha256(Path(str(image_codec.__file__)).read_bytes())
+    digest = hashlib.sha256()
+    for module in (image_codec, image_options):
+        digest.update(Path(str(module.__file__)).read_bytes())
     for name in _SOURCES:
         path = root / name
         for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:

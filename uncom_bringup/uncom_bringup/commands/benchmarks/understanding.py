@@ -20,6 +20,8 @@ from uncom_bringup.command_options import (
     simulator_needed,
 )
 
+_SCENARIOS = range(1, 23)  # of the paper
+
 
 def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     """Add the benchmark."""
@@ -92,7 +94,7 @@ def _numbers(text: str) -> tuple[int, ...]:
             low, high = int(first), int(last or first)
         except ValueError:
             raise argparse.ArgumentTypeError(f"{part!r} is neither a number nor a range such as 7-9") from None
-        if not 1 <= low <= high <= 22:
+        if low > high or low not in _SCENARIOS or high not in _SCENARIOS:
             raise argparse.ArgumentTypeError(f"{part!r}: scenarios are 1 to 22")
         found |= set(range(low, high + 1))
     return tuple(sorted(found))
