@@ -21,7 +21,8 @@ html_title = f"{project} {release}"
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
-# Read as text, not imported: no page needs ROS, a robot or a model.
+# The packages that others build on; command line and simulator have pages of their own. Read as text, not imported: no
+# page needs ROS, a robot or a model.
 autodoc2_packages = [
     {"path": f"../{folder}", "auto_mode": True}
     for folder in (
@@ -30,8 +31,6 @@ autodoc2_packages = [
         "uncom_perception/uncom_perception",
         "uncom_reasoner/uncom_reasoner",
         "uncom_tiago_exec/uncom_tiago_exec",
-        "uncom_bringup/uncom_bringup",
-        "sim/uncom_sim",
     )
 ]
 autodoc2_output_dir = "api"

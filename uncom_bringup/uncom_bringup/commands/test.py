@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`uncom test`: all checks that CI runs; `--all` adds the slow ones."""
+"""`uncom test`: all checks that CI runs, the documentation among them; `--all` adds the slow tests."""
 
 from __future__ import annotations
 
@@ -63,6 +63,9 @@ def checks(root: Path, folders: tuple[str, ...], *, everything: bool = False, un
         if (root / tests).is_dir():
             command = (python, "-m", "pytest", "-q", "--no-header", *marker, tests)
             found.append(Check(f"tests of {folder}", command, without_simulator=on_robot))
+    if "test" in folders:
+        pages = str(root / ".uncom" / "docs")
+        found.append(Check("documentation (sphinx)", (python, "-m", "sphinx", "-W", "-q", "-j", "auto", "docs", pages)))
     return found
 
 
