@@ -19,9 +19,9 @@ from uncom_perception.conversions import detection_to_msg
 from uncom_sim.bench_planning.scenes import detection
 from uncom_tiago_exec.conversions import goal_to_msg, status_from_msg, status_to_msg, task_from_msg, trajectory_from_msg
 from uncom_tiago_exec.execution_node import ExecutionNode
-from uncom_tiago_exec.types import Stage, Status, Trajectory
+from uncom_tiago_exec.types import BasePose, Stage, Status, Trajectory
 
-from uncom_interfaces.msg import Answer, Command, ExecutionStatus, GroundedCommand
+from uncom_interfaces.msg import Answer, Command, ExecutionStatus, GroundedCommand, GroundedTarget
 
 DOMAIN = 82
 
@@ -184,3 +184,19 @@ def test_things_are_named_without_pointing_words(said, label, named):
     msg = command()
     msg.target_text, msg.target.object.label = said, label
     assert task_from_msg(msg).target_text == named
+
+
+@pytest.mark.parametrize(("frame", "expected"), [("base_footprint", (2.0, 1.6)), ("odom", (0.6, 0.0))])
+def test_a_command_is_taken_to_odom_from_where_the_base_stood_at_its_stamp(graph, monkeypatch, frame, expected):
+    node = graph().node
+    asked = []
+    monkeypatch.setattr(
+        node._robot, "base_pose", lambda stamp_s: asked.append(stamp_s) or BasePose(2.0, 1.0, np.pi / 2.0)
+    )
+    msg = command()
+    msg.header.frame_id = frame
+    msg.target.kind = GroundedTarget.AREA
+    msg.target.pose.position.x, msg.target.pose.position.z = 0.6, TABLE_Z
+    task = node._task_in_odom(msg)
+    assert task.target_pose[:2, 3] == pytest.approx(expected)
+    assert asked == ([1.0] if frame == "base_footprint" else [])

@@ -21,7 +21,7 @@ from uncom_tiago_exec.conversions import base_pose_from_matrix
 from uncom_tiago_exec.exceptions import MotionError
 from uncom_tiago_exec.execution.robot_interface import RobotInterface
 from uncom_tiago_exec.robot.gripper_joints import finger_gap, finger_motion
-from uncom_tiago_exec.ros.base_drive import drive_base
+from uncom_tiago_exec.ros.base_drive import BaseDrive
 from uncom_tiago_exec.ros.camera_client import CameraClient
 from uncom_tiago_exec.ros.joint_state_listener import JointStateListener
 from uncom_tiago_exec.ros.options import ROBOT_CONNECTION, RobotConnectionOptions
@@ -34,10 +34,8 @@ class RosRobot(RobotInterface):
 
     def __init__(self, node: Node, config: ExecutionConfig, options: RobotConnectionOptions = ROBOT_CONNECTION) -> None:
         """Make subscriptions and clients on a node; nothing is waited for."""
-        self._node = node
         self._config = config
-        self._options = options
-        self._group = group = ReentrantCallbackGroup()
+        group = ReentrantCallbackGroup()
         self._stop = threading.Event()
         self._tree = TransformBuffer()
         latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -47,6 +45,7 @@ class RosRobot(RobotInterface):
         timeout_s = config.state_timeout_s
         self._joints = JointStateListener(node, group, timeout_s, options)
         self._controllers = TrajectoryClients(node, group, self._joints, self._stop, timeout_s, options)
+        self._base = BaseDrive(node, group, self._stop, config.base_frame, options)
         self._camera = CameraClient(node, group, config, self._tree, self._stop, options)
 
     def _on_tf(self, msg: TFMessage, *, static: bool) -> None:
@@ -97,4 +96,4 @@ class RosRobot(RobotInterface):
 
     def drive(self, distance: float) -> None:
         """Drive the base by odometry; see RobotInterface."""
-        drive_base(self._node, self._group, distance, self._stop, self._config.base_frame, self._options)
+        self._base.drive(distance)
