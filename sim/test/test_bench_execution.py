@@ -4,7 +4,7 @@
 import pytest
 import shapely
 from uncom_sim.bench_execution.cases import RELATIONS, asked_relations, initial_states, make_case
-from uncom_sim.bench_execution.run import summary
+from uncom_sim.bench_execution.run import CaseTask, run_numbered_case, summary
 from uncom_sim.objects.catalogue import KINDS
 from uncom_sim.objects.footprint import outline
 from uncom_sim.scoring.end_state import judge
@@ -49,3 +49,13 @@ def test_totals_count_what_was_moved_and_touched():
     assert (total["runs"], total["succeeded"], total["table_contacts"]) == (2, 1, 2)
     assert total["bystander_moved_share"] == 0.5
     assert total["by_kind"] == {"can": "1/2"}
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_a_case_goes_the_same_whatever_its_process_has_run_before():
+    first = run_numbered_case(CaseTask(5, 3160))
+    run_numbered_case(CaseTask(1, 3160))
+    again = run_numbered_case(CaseTask(5, 3160))
+    for name in ("motion_s", "forces_n", "said", "simulated_s", "grasp"):
+        assert again[name] == first[name]

@@ -21,7 +21,7 @@ class UnknownKindError(SceneError):
     """There is no such kind of object."""
 
     def __init__(self, name: str, known: Iterable[str]) -> None:
-        """Keep the name; list the kinds."""
+        """Name is the unknown kind, known are the kinds that the text lists."""
         self.name = name
         super().__init__(f"unknown kind {name!r}; kinds are: {', '.join(known)}")
 
@@ -30,7 +30,7 @@ class UnknownColourError(SceneError):
     """There is no such colour."""
 
     def __init__(self, name: str, known: Iterable[str]) -> None:
-        """Keep the name; list the colours."""
+        """Name is the unknown colour, known are the colours that the text lists."""
         self.name = name
         super().__init__(f"unknown colour {name!r}; colours are: {', '.join(known)}")
 
@@ -43,7 +43,7 @@ class WorkerDiedError(WorkerError):
     """So many worker processes died at one task that it is not tried again."""
 
     def __init__(self, task: str, deaths: int, log: Path | None) -> None:
-        """Keep the name of the task; log is the file with what the processes wrote, None where there is none."""
+        """Task is the name of the task, deaths how many processes died, log the file that they wrote to, if any."""
         self.task = task
         super().__init__(f"{task}: {deaths} processes died at it" + ("" if log is None else f" (see {log})"))
 

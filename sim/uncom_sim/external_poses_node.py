@@ -30,7 +30,7 @@ class ExternalPosesNode(ConfiguredNode[ExternalPosesConfig]):
     """Answers states of the world with the poses that an estimator would give, in the frame of the robot's base."""
 
     def __init__(self, **node_options: Any) -> None:
-        """Subscribe to the truth."""
+        """Declare the parameters, and subscribe to the true states and the odometry."""
         super().__init__("external_poses_node", ExternalPosesConfig, **node_options)
         self._estimator = PoseEstimator(self.config)
         self._base: FloatArray = np.eye(4)

@@ -103,7 +103,7 @@ class _CommandSequence:
     """One robot that is given command after command."""
 
     def __init__(self, machine: SteppedRobot, engine: Engine) -> None:
-        """Remember how the robot stands now."""
+        """The present joint positions are those that home_error is measured from."""
         self._machine = machine
         self._engine = engine
         self._start = machine.positions()

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from ompl import util as ou
 from PIL import Image
 from uncom_common.primitive import Primitive
 from uncom_perception.types import Detection
@@ -185,6 +186,14 @@ def _robot_model() -> RobotModel:
     return RobotModel(tiago_urdf())
 
 
+def _seed_planner() -> None:
+    """Let OMPL's global generator begin anew, as in a fresh process: motions of a case depend on that case alone."""
+    level = ou.getLogLevel()
+    ou.setLogLevel(ou.LOG_NONE)  # it warns of a seed that changes; planners made after this draw from it all the same
+    ou.RNG.setSeed(1)
+    ou.setLogLevel(level)
+
+
 @dataclass(frozen=True, slots=True)
 class CaseTask:
     """One case to be run by a worker process; shots is the folder for pictures from outside, None for none."""
@@ -195,7 +204,8 @@ class CaseTask:
 
 
 def run_numbered_case(task: CaseTask, *, options: RunOptions = RUNS) -> dict[str, Any]:
-    """Run one case in a worker process and return its JSON object."""
+    """Run one case in a worker process and return its JSON object, whatever the process has run before."""
+    _seed_planner()
     shots = None if task.shots is None else task.shots / f"case{task.number:02d}"
     return run_case(make_case(task.number, task.seed), task.seed, shots, _robot_model(), options=options).as_dict()
 

@@ -69,7 +69,7 @@ class StopTrial:
     """One robot that is given commands and stopped at random moments of them."""
 
     def __init__(self, scene: Scene, seed: int, area: WorkArea | None = None, *, options: StopOptions = STOPS) -> None:
-        """Put the robot before the scene; area is where on the table things are to be put."""
+        """Simulate a robot before a scene; area is where objects are put, None for the default part of the table."""
         self._options = options
         self._part = area
         self.simulator = Simulator(scene, seed)

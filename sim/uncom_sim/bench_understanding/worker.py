@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One take from its plan to its outcome, in a process of its own that keeps the cores loaded."""
+"""Evaluation of one take from its plan to its outcome, in a worker process that keeps the models loaded."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Worker:
     """Makes and understands takes; what comes out depends on the take alone, not on those before."""
 
     def __init__(self, options: WorkerOptions) -> None:
-        """Load the cores.
+        """Load the models of speech, hands and objects.
 
         Raises:
             UncomError: a back end cannot be loaded, or a parameter is wrong.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a structured-light camera adds to a perfect picture: grain, depth that worsens with distance, missing edges."""
+"""The errors of a structured-light camera: grain, depth noise that grows with distance, missing depth at edges."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class NoisyCamera:
     def __init__(
         self, noise: CameraNoise, seed: int, height: int, width: int, *, options: SensorOptions = SENSOR
     ) -> None:
-        """Draw noise for pictures of one size [px]."""
+        """Draw the sheets of noise for pictures of height and width [px]; the same seed gives the same noise."""
         self._options = options
         self.noise = noise
         self._seed = seed

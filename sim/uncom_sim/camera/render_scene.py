@@ -34,7 +34,7 @@ class RenderScene:
     """Vertices in the world, how they face the lamp, and where each takes its colour from."""
 
     def __init__(self, client: int, surfaces: Sequence[Surface], *, options: RenderSceneOptions = RENDER_SCENE) -> None:
-        """Take in all surfaces of a client's bodies."""
+        """Stack the triangles and textures of all surfaces of a PyBullet client's bodies."""
         self._options = options
         self._client = client
         self.atlas, places = _pack([surface.texture for surface in surfaces], options=options)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What there is to see: painted triangles, each fixed to a link of a PyBullet body."""
+"""Visible surfaces: painted triangles, each fixed to a link of a PyBullet body."""
 
 from __future__ import annotations
 

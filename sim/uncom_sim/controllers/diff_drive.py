@@ -38,7 +38,7 @@ class DiffDrive:
     """Limits commanded velocities and keeps the odometry."""
 
     def __init__(self, config: DiffDriveConfig | None = None) -> None:
-        """Stand still."""
+        """Start at the origin of odom with velocity 0."""
         self.config = config or DiffDriveConfig()
         self.odometry = Odometry()
         self._command = (0.0, 0.0)

@@ -42,7 +42,7 @@ class TrajectoryController:
     """One controller; all calls come from the thread that steps the simulation."""
 
     def __init__(self, config: TrajectoryControllerConfig, position: FloatArray) -> None:
-        """Hold a position (joints,)."""
+        """Follow no trajectory; the set-point is a position (joints,) [rad or m] in the order of config.joints."""
         self.config = config
         zero = np.zeros(len(config.joints))
         self.desired = SetPoint(np.array(position, dtype=float), zero, zero)

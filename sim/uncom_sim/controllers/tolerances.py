@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How far a joint may be off, on the way and at the end."""
+"""Position and velocity tolerances of a trajectory goal, along the path and at its end."""
 
 from __future__ import annotations
 

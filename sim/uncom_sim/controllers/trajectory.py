@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Joint trajectories: what may be asked, and where the joints should be at a time.
+"""Joint trajectories: the goals that are accepted, and the interpolated set-point at a time.
 
 The rules are those of ros2_controllers' joint_trajectory_controller (Jazzy): what is refused, which spline is used,
 what tolerances of -1 and 0 mean.
@@ -33,7 +33,7 @@ class TrajectoryError(SimError, ValueError):
     """A trajectory that the controller cannot take."""
 
     def __init__(self, code: ErrorCode, why: str) -> None:
-        """Keep the result code that says what is wrong."""
+        """Code is the result code of FollowJointTrajectory that says what is wrong; why is the text for the client."""
         self.code = code
         super().__init__(why)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a demo came to, and how it is told: as JSON, as one line, as an exit status."""
+"""The result of a demo as JSON, as one line and as an exit status."""
 
 from __future__ import annotations
 

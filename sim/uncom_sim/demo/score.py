@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scores a demo by the simulator's truth: which things were chosen, and what physics says."""
+"""Scores a demo by the simulator's truth: the objects that were chosen, and the end state."""
 
 from __future__ import annotations
 

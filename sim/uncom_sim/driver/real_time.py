@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""When things are due in simulated time, and how simulated time keeps to the clock on the wall."""
+"""Periodic tasks in simulated time, and the pace of simulated time against the wall clock."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import time
 
 
 class PeriodicSchedule:
-    """Something to be done at a rate of simulated time."""
+    """Tells when a periodic task is due in simulated time."""
 
     def __init__(self, rate_hz: float, start_s: float) -> None:
-        """Be due first at `start_s`."""
+        """The task is due first at start_s, then at rate_hz; a rate of 0 is never."""
         self._period_s = 1.0 / rate_hz if rate_hz > 0.0 else float("inf")
         self._next_s = start_s
 
@@ -23,7 +23,7 @@ class PeriodicSchedule:
             self._period_s = period
 
     def due(self, now_s: float) -> bool:
-        """Whether it is time; asks for no more than one turn at a time."""
+        """Return whether the task is due, and schedule it again; periods that were missed are skipped."""
         if now_s < self._next_s - 1e-6:
             return False
         self._next_s += self._period_s

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The room objects take on the table."""
+"""Outlines of objects on the table."""
 
 from __future__ import annotations
 

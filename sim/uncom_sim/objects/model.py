@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an object is to the simulator: smooth painted surfaces to see, convex pieces to touch, weight, and openings."""
+"""The model of an object: painted surfaces, convex collision hulls, mass, friction and opening."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a microphone hears of a voice: pauses, the room's echo, background noise, 16-bit samples."""
+"""The sound that a microphone records of a voice: pauses, reverberation, background noise, 16-bit samples."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Who stands at the table: every open option of a person decided by the seed."""
+"""Attributes of the person at the table; what the options leave open is drawn from the seed."""
 
 from __future__ import annotations
 

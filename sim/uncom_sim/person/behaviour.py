@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One performance of the person: speak, point at the thing and at the place as the words go, and leave."""
+"""The behaviour of the simulated person: it speaks, points at object and place in time with the words, and leaves."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def plan_behaviour(
     *,
     behaviour_options: BehaviourOptions = BEHAVIOUR,
 ) -> PersonBehaviour:
-    """Plan a performance.
+    """Plan what the person says and how the hand moves.
 
     Args:
         say: the sentence.

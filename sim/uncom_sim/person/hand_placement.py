@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a person holds the hand to point at a thing so that everybody sees which one is meant.
+"""Placement of a pointing hand such that it is seen which object is meant.
 
 A person who wants to be understood brings the arm from where they stand, keeps clear of the things on the table, does
 not point across one thing at another, and keeps the finger where the other one can see it.

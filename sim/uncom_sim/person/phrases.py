@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which words of a sentence speak of the thing and which of the place, so that the hand can move with them."""
+"""Finds the words of a sentence that name the object and the place, so that the hand moves with them."""
 
 from __future__ import annotations
 

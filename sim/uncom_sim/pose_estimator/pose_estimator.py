@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an estimator of 6-DoF poses beside UNCOM would say (paper: iChores, GDRNet++): the truth with its errors."""
+"""A simulated estimator of 6-DoF poses (paper: iChores, GDRNet++): true poses with errors."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class PoseEstimator:
     """Draws an estimator's errors; the same seed and calls give the same ones."""
 
     def __init__(self, config: ExternalPosesConfig | None = None) -> None:
-        """Begin anew."""
+        """Seed the errors; config None is the default configuration."""
         self._config = ExternalPosesConfig() if config is None else config
         self._rng = np.random.default_rng(self._config.seed)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Dry friction in the spindles of a gripper: what pushes both fingers to one side has to overcome it.
+"""Dry friction in the spindles of a gripper, which a force that pushes both fingers to one side has to overcome.
 
 Both motors press with their whole effort on what is held, so neither holds its place; without friction a load along
 the opening axis would push the fingers sideways as if they floated. A gear constraint between the fingers takes up to
@@ -26,7 +26,7 @@ class FingerFriction:
         *,
         options: FingerFrictionOptions = FINGER_FRICTION,
     ) -> None:
-        """Join the fingers where they are.
+        """Add the gear constraint between the two finger joints of a gripper at their present positions.
 
         Raises:
             SimError: PyBullet makes no such constraint.

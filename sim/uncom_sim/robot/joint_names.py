@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names and poses of the TIAGo++."""
+"""Names of the joints of a TIAGo++, and the joint positions of its start pose [rad or m]."""
 
 from __future__ import annotations
 

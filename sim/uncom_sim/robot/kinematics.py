@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The joints of a URDF and where its frames are: what a robot_state_publisher needs, and no more."""
+"""Joints of a URDF and its forward kinematics, as far as a robot_state_publisher needs them."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ class FrameTree:
     """The transforms of many joints at once, as position and quaternion: cheap enough for every message."""
 
     def __init__(self, joints: Sequence[Joint]) -> None:
-        """Prepare joints; the order of their positions is that of the joints."""
+        """Stack origins and axes of joints (N); positions are given later in the same order."""
         self.parents = tuple(joint.parent for joint in joints)
         self.children = tuple(joint.child for joint in joints)
         origins = np.array([joint.origin for joint in joints])
@@ -122,7 +122,7 @@ class Kinematics:
     """All joints of a robot by name, and the places of its frames."""
 
     def __init__(self, urdf: str) -> None:
-        """Read a URDF text."""
+        """Read the joints of a robot from the text of its URDF."""
         robot = ET.fromstring(urdf)  # noqa: S314  (our own text)
         self.joints = {j.name: j for j in map(joint_from_element, robot.findall("joint"))}
         self._above = {joint.child: joint for joint in self.joints.values()}

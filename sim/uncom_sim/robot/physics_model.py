@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The robot as PyBullet gets it: the same bodies in fewer links.
+"""The URDF that PyBullet simulates: the same shapes and masses in fewer links.
 
 Every fixed link becomes part of the link that carries it, which halves the cost of a physics step, and wheels,
 casters and suspension become part of the base, which moves on three planar joints (x, y, yaw) instead of rolling:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What physics says about acts that leave nothing behind: pouring, holding out, pointing, and what is held at the end.
+"""Criteria for acts that the end state does not show: pouring, handing over, pointing, and what is held at the end.
 
-A observer notes now and then where the things and the hands are; afterwards each act is judged by what was noted.
+An observer records the poses of objects and hands at intervals; afterwards each act is judged by this record.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ class Moment:
 
 
 class ActObserver:
-    """Notes a moment each time it is called."""
+    """Records a moment each time it is called."""
 
     def __init__(self, simulator: Simulator, goal: Meaning) -> None:
-        """Watch the goal's object and target; both have to be in the scene."""
+        """The object and the target of the goal are observed; both have to be in the scene."""
         self.moments: list[Moment] = []
         self._simulator = simulator
         self._goal = goal
 
     def __call__(self) -> None:
-        """Note where everything is now."""
+        """Record the present poses."""
         poses = {state.id: state.pose for state in self._simulator.object_states()}
         left, right = (self._simulator.robot.frame(f"gripper_{side}_grasping_frame") for side in HANDS)
         target = None if self._goal.target is None else poses[self._goal.target]

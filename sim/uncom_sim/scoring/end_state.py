@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What physics says about a run: did the thing end where it was to go, and did everything else stay.
+"""Criteria for the end state: the object is where it was to go, and everything else is where it was.
 
 Left, right, in front and behind are as the robot sees them: left is +y, right -y, in front -x, behind +x.
 """

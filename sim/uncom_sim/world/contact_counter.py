@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Counts what the robot touches and should not."""
+"""Counts contacts of the robot with the table and with objects that it never held."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class ContactCounter:
         *,
         options: PhysicsOptions = PHYSICS,
     ) -> None:
-        """Watch a robot body; `fingers` names the gripper (any number) of each finger link."""
+        """Bodies are PyBullet ids; fingers maps the index of each finger link to a number of its gripper."""
         self._options = options
         self._client = client
         self._robot = robot
@@ -37,7 +37,7 @@ class ContactCounter:
         self._forces: dict[int, float] = {}
 
     def update(self, time_s: float) -> None:
-        """Look at the contacts of the physics step just made."""
+        """Evaluate the contacts of the physics step just made, at a simulated time [s]."""
         grips: dict[tuple[int, int], set[int]] = {}
         touched = set()
         for contact in pybullet.getContactPoints(self._robot, physicsClientId=self._client):

@@ -16,7 +16,7 @@ class Microphone:
     """Turns simulated time into sound, chunk by chunk."""
 
     def __init__(self, voice: Samples, start_s: float, seed: int, *, options: MicrophoneOptions = MICROPHONE) -> None:
-        """Listen from `start_s` on; the voice (N,) is heard after `speak`."""
+        """Record from start_s on [s]; the voice (N,), 16-bit at 16 kHz, begins when `speak` is called."""
         self._options = options
         self._voice = voice
         self._speech_start: int | None = None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What cannot be: things off the table, or in one another."""
+"""Refuses scenes whose objects are off the table or overlap."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Read scenes (JSON files of the user) and scenarios (YAML of this package); refuse what cannot be."""
+"""Read scenes (JSON files of the user) and scenarios (YAML of this package); refuse what cannot be simulated."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The same scenario in other places: the seed moves, turns and mirrors things within what keeps its meaning."""
+"""Random variations of a scene: objects are moved, turned and mirrored so that its meaning stays the same."""
 
 from __future__ import annotations
 

@@ -88,7 +88,12 @@ class Simulator:
         links = self.robot.links
         fingers = {links[j.replace("_joint", "_link")]: i for i, side in enumerate(FINGERS) for j in FINGERS[side]}
         self.contacts = ContactCounter(
-            self.client, self.robot.body, self.world.table_body, self.world.object_bodies, fingers
+            self.client,
+            self.robot.body,
+            self.world.table_body,
+            self.world.object_bodies,
+            fingers,
+            options=physics_options,
         )
         self._prepare_rendering(scene)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a simulator is asked for, and what it tells of joints and frames."""
+"""Options of a simulator, and the states of joints and frames that it returns."""
 
 from __future__ import annotations
 

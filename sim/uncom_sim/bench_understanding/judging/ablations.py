@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The same take decided in other ways: without one source, with a source that is never wrong, or by other rules."""
+"""Ablations: the same take without one source, with a perfect source, or by the paper's rules."""
 
 from __future__ import annotations
 

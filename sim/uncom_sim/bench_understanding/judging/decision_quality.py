@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is kept of the deciding of a take: how sure it was, what one truthful answer would change, and its tables."""
+"""Quality of the decision of a take: its confidence, the effect of one truthful answer, and its tables of factors."""
 
 from __future__ import annotations
 

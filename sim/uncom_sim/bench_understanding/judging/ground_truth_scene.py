@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a detector without fault would answer: the simulator's things, for the ablation "true detections"."""
+"""The true scene as a perfect detector would return it, for the ablation "true detections"."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What came of one take, as it is kept and counted."""
+"""The outcome of one take, as it is stored and counted."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shares and what they are worth."""
+"""Confidence intervals of shares, and quantiles."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What it takes to be misunderstood: one difficulty at a time, in steps, on the same takes."""
+"""Stress tests: one difficulty at a time, in steps, on the same takes."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Outcomes of a run in progress, so that one that was interrupted goes on where it stopped."""
+"""Checkpoint of a run in progress, so that an interrupted run goes on where it stopped."""
 
 from __future__ import annotations
 

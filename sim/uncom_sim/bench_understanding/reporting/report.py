@@ -20,7 +20,7 @@ ABLATIONS = ("true_words", "true_detections", "no_gesture", "gesture_only")
 def report_of(
     outcomes: Sequence[Outcome], *, seed: int, jobs: int, wall_s: float, options: ReportOptions = REPORTS
 ) -> dict[str, Any]:
-    """Count."""
+    """Return all counts, shares and 95 % intervals as JSON values."""
     right = sum(one.right for one in outcomes)
     low, high = wilson(right, len(outcomes))
     paper = wilson(options.paper_right, options.paper_takes)

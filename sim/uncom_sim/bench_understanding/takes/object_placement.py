@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Places for the things of a take, such that who sees and hears it can tell what is meant."""
+"""Random places for the objects of a take, such that it can be told what is meant."""
 
 from __future__ import annotations
 

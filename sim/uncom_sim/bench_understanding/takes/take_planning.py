@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a scenario to one take of it: words, things and their places, and a person, all drawn from one seed."""
+"""Plans takes of a scenario: sentence, objects, places and person, all drawn from one seed."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Make a take: the simulator's person speaks and points, the robot's camera and microphone record."""
+"""Synthesis of a take: the simulated person speaks and points, the robot's camera and microphone record."""
 
 from __future__ import annotations
 

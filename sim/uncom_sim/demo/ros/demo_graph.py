@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The demo's side of the running graph: monitor, recorder and scorer's ear, spun by threads of their own."""
+"""The nodes of the demo itself: monitor, recorder and the receiver of the truth, each spun by a thread."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class DemoListeners:
     """Everything of the demo that listens; nothing of it does any of the six nodes' work."""
 
     def __init__(self, domain: int, on_event: Callable[[Event], None], bag: Path | None, force: bool = False) -> None:
-        """Make the nodes and begin to spin; with `bag`, everything is recorded there."""
+        """Make the nodes in a ROS domain and spin them; on_event gets what the monitor sees, bag records everything."""
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain)
         # Only the monitor follows /clock: every follower pays for each message.

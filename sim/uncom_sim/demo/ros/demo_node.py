@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The demo's own ear at the simulator: tells the person to begin, and hears the truth for scoring."""
+"""The node by which the demo starts the person and receives the true states for scoring."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from uncom_sim.types import ObjectState
 
 
 class DemoNode(Node):
-    """Keeps the newest truth; it is the scorer's and none of the six nodes'."""
+    """Keeps the first and the newest true state; only the scorer reads them, none of the six nodes does."""
 
     def __init__(self, **node_options: Any) -> None:
-        """Subscribe and make the client."""
+        """Subscribe to the true states, and make the client of /sim/start."""
         super().__init__("uncom_demo", **node_options)
         self._lock = threading.Lock()
         self._first: SimState | None = None

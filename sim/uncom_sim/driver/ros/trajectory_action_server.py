@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ROS side of one trajectory controller: its action, its topic, its state. Plumbing of the driver node."""
+"""The ROS side of one trajectory controller: its action, its topic, its state."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ class TrajectoryActionServer:
             self._node.get_logger().warning(f"{self._name}: trajectory ignored: {error}")
 
     def watch(self) -> None:
-        """Look whether the goal has been asked to end."""
+        """Cancel the goal if its client has asked for that."""
         if self._handle is not None and self._handle.is_cancel_requested:
             self._controller.cancel(self._actual()[0])
 
