@@ -38,11 +38,12 @@ Step = MoveStep | GripStep
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Steps for one arm. `held_from` and `held_to` are the steps between which something is in the hand.
+    """Steps for one arm, to be carried out in order; everything is in base_footprint with the base at `base`.
 
-    planning_s is wall time, timings_s processor time of its parts.
-    motion (4, 4) is what the placing does to the thing: transform from where it was to where it will be.
-    base is where the base stands for it: everything is in base_footprint there.
+    side: arm that moves; steps: motions and grips; scene: what it was planned in; grasp: None where nothing is taken.
+    motion (4, 4): what the placing does to the object, from its pose before to that after; None if it is not placed.
+    planning_s: wall time of the planning [s]; timings_s: processor time of its parts [s], by name.
+    attempts: what was tried on the way to this plan; base: pose of the base in odom that it was planned for.
     """
 
     side: Side
@@ -52,7 +53,7 @@ class Plan:
     motion: FloatArray | None = None
     planning_s: float = 0.0
     timings_s: dict[str, float] = field(default_factory=dict)
-    attempts: tuple[Attempt, ...] = ()  # what was tried on the way to this plan
+    attempts: tuple[Attempt, ...] = ()
     base: BasePose = ODOM_ORIGIN
 
     @property
