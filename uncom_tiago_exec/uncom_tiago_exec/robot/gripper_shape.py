@@ -10,6 +10,28 @@ from dataclasses import dataclass
 class GripperShape:
     """The gripper in its grasping frame (x approach, y opening, z across the pads) [m].
 
+    Seen along -z, fingers open; z (across the pads) points to the reader, the origin lies on the x axis:
+
+        y (opening)
+        ^        +------+
+        |        |      +--------------------+  ---
+        +--> x   |      |       finger       |   |  thickness
+      (approach) |      +--------------------+  ---
+            ---  |      |                       |
+             |   | palm |                       |  open
+       body[0]   |      |                       |
+            ---  | - - -|- - - - - - - - - - - -|- - - axis y = 0
+                 |      |                       |
+                 |      +--------------------+  ---
+                 |      |       finger       |
+                 |      +--------------------+
+                 +------+                    :
+                        :                    :
+                    x = palm              x = tip
+
+    Seen along +x, from behind the palm, a pad reaches from -half_width to +half_width along z, the palm from -body[1]
+    to +body[1].
+
     tip: x of the finger tips; palm: x of the palm's front; thickness: of a finger along y;
     half_width: of a pad along z; open: greatest gap between the pads; body: half extents of the palm in y and z.
     """
