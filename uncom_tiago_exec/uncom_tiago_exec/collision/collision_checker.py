@@ -77,7 +77,7 @@ class CollisionChecker:
         options: CollisionCheckerOptions = COLLISION_CHECKER,
     ) -> None:
         """Choose the pairs and build the quick look; the close one is built when it is first needed."""
-        self._few_states = options.few_states
+        self._options = options
         self._clearances_m = CONVEX_CHECKER.clearances_m
         self.group = group
         self.margins = margins or Margins()
@@ -166,12 +166,12 @@ class CollisionChecker:
 
         A margin never becomes less than zero: pairs that truly touch stay forbidden and are returned.
         """
-        stuck, meshes = [], self._mesh_checker()
+        stuck, meshes, least = [], self._mesh_checker(), self._options.touching_m
         for k in meshes.violations(q):
             distance = meshes.distance(k)
-            if distance <= 1e-4:
+            if distance <= least:
                 stuck.append(self._pair_names(k))
-            self._margins[k] = float(max(0.0, min(self._margins[k], 0.9 * distance - 1e-4)))
+            self._margins[k] = float(max(0.0, min(self._margins[k], 0.9 * distance - least)))
         meshes.lower(self._margins)
         self._convex.lower(np.array(self._margins))
         return tuple(dict.fromkeys(stuck))
@@ -202,7 +202,7 @@ class CollisionChecker:
                 (
                     0,
                     len(points),
-                    0 if len(points) > self._few_states else len(self._clearances_m),
+                    0 if len(points) > self._options.few_states else len(self._clearances_m),
                 )
             ]
         )
@@ -257,7 +257,7 @@ class CollisionChecker:
 
 def densify(path: FloatArray, step: float) -> FloatArray:
     """Return a polyline (N, J) with points added so that no joint moves more than `step` between two."""
-    if len(path) < 2:
+    if len(path) <= 1:
         return np.asarray(path)
     pieces = [path[:1]]
     for a, b in pairwise(path):

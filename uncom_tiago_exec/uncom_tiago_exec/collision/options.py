@@ -15,6 +15,9 @@ class CollisionCheckerOptions:
     few_states: int = tunable(
         48, meaning="up to so many states checking one by one is as fast as by the clearance around some of them"
     )
+    touching_m: float = tunable(
+        1e-4, unit="m", meaning="pairs this near touch; lowered margins stay this far below the distance at the start"
+    )
 
 
 @dataclass(frozen=True, slots=True)

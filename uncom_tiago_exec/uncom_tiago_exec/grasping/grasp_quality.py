@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How well a thing would be held, from 0 to 1, by the points contents the pads.
+"""How well a thing would be held, from 0 to 1, by the points between the pads.
 
 Points are in the frame of the hand at the place it takes: approach, closing, lateral [m].
 """
@@ -27,7 +27,7 @@ class HandAxes:
 
 @dataclass(frozen=True, slots=True)
 class PadContents:
-    """What is contents the pads: points (N, 3), where the tips end along the approach, half the pads' width [m].
+    """What is between the pads: points (N, 3), where the tips end along the approach, half the pads' width [m].
 
     room: by how much the fingers open wider than it is [m].
     """
@@ -47,7 +47,7 @@ def grasp_quality(
     *,
     options: GraspQualityOptions = GRASP_QUALITY,
 ) -> float:
-    """Judge a grasp of a family ("across" or "rim") at a place (3,) contents the pads."""
+    """Judge a grasp of a family ("across" or "rim") at a place (3,) between the pads."""
     passes = float(
         np.clip((contents.room - options.width_error_m) / 0.015, 0.4, 1.0)
     )  # fingers that just pass touch its edge
@@ -86,8 +86,8 @@ def _contact_quality(
     )
     contact = min(1.0, 0.3 + patch / 0.03)
     depth = min(1.0, 0.4 + max(0.0, contents.tip - float(span[:, 0].min())) / 0.025)
-    width = 1.0 if high - low < 0.06 else max(0.3, 1.0 - (high - low - 0.06) / 0.035)
-    # distance of the weight's middle from the line contents the pads
+    width = 1.0 if high - low < options.easy_width_m else max(0.3, 1.0 - (high - low - options.easy_width_m) / 0.035)
+    # distance of the weight's middle from the line between the pads
     middle = shape.middle
     arm = np.array([place[0] - middle[0], place[1] - middle[1]])
     across = float(np.linalg.norm(arm - (arm @ hand.closing[:2]) * hand.closing[:2]))
@@ -101,7 +101,7 @@ def _contact_quality(
 def _taper_at_pad_ends(contents: PadContents, *, options: GraspQualityOptions = GRASP_QUALITY) -> float:
     """Return how much wider to a side things get per length where the pads end.
 
-    Pads that end before the widest place press a thing out from contents them.
+    Pads that end before the widest place press a thing out from between them.
     """
     span = contents.points
     steepest, widest = 0.0, float(np.ptp(span[:, 1])) - 0.5 * VOXEL
@@ -111,7 +111,7 @@ def _taper_at_pad_ends(contents: PadContents, *, options: GraspQualityOptions = 
             along > end - options.pad_end_m,
             (along > end - 2.0 * options.pad_end_m) & (along <= end - options.pad_end_m),
         )
-        if np.count_nonzero(last) < 2 or np.count_nonzero(before) < 2:
+        if min(np.count_nonzero(last), np.count_nonzero(before)) <= 1:
             continue
         width = float(np.ptp(span[last, 1]))
         if width >= widest:

@@ -3,7 +3,7 @@
 
 A candidate closes horizontally (y of the grasping frame) and comes in (x of the grasping frame) from above or
 obliquely. Around solid things it is placed across the body, on hollow things over the edge of the opening. The points
-contents the pads give width, contact patches and how well they face each other (antipodal: Nguyen 1988); points in the
+between the pads give width, contact patches and how well they face each other (antipodal: Nguyen 1988); points in the
 way of fingers or palm rule it out.
 """
 
@@ -26,7 +26,7 @@ from uncom_tiago_exec.types import FloatArray
 class Grasp:
     """A way to take a thing.
 
-    pose (4, 4): grasping frame in base_footprint when the fingers close; width: of what is contents the pads;
+    pose (4, 4): grasping frame in base_footprint when the fingers close; width: of what is between the pads;
     opening: of the fingers before; retreat: how far to come from along the approach [m]; quality 0 to 1.
     """
 
@@ -83,7 +83,7 @@ def _hand_axes(pitch_deg: float, yaw: float, lean: float = 0.0) -> HandAxes:
 def _hand_proposals(
     shape: ObjectShape, *, options: GraspSamplerOptions = GRASP_SAMPLER
 ) -> Iterator[tuple[HandAxes, FloatArray, str]]:
-    """Yield hands and the points contents their pads."""
+    """Yield hands and the points between their pads."""
     yaws = list(np.radians(np.arange(-180.0, 180.0, 22.5)))
     slope = _wall_slope(shape, options=options)
     if shape.axis is None:
@@ -98,7 +98,7 @@ def _hand_proposals(
                     yield hand, place, "rim"
                     if slope > options.upright_wall_rad and pitch in options.wall_pitches_deg:
                         yield _hand_axes(pitch, float(yaw), sign * slope), place, "rim"
-            for place in _places_on_rim_or_body(shape):
+            for place in _places_across_body(shape, options=options):
                 yield hand, place, "across"
 
 
@@ -108,20 +108,22 @@ def _wall_slope(shape: ObjectShape, *, options: GraspSamplerOptions = GRASP_SAMP
     if rim is None:
         return 0.0
     radius, z = np.linalg.norm(shape.visible[:, :2] - rim.centre, axis=1), shape.visible[:, 2]
-    wall = (z > max(rim.z - 0.03, rim.floor_z + 0.008)) & (np.abs(radius / rim.radius - 0.85) < 0.2)
-    if int(np.count_nonzero(wall)) < options.few_points or float(np.ptp(z[wall])) < 0.015:
+    wall = (z > max(rim.z - 0.03, rim.floor_z + 0.008)) & (
+        np.abs(radius / rim.radius - options.wall_radius_share) < options.wall_radius_tolerance
+    )
+    if int(np.count_nonzero(wall)) < options.few_points or float(np.ptp(z[wall])) < options.least_wall_height_m:
         return 0.0
     return float(np.clip(np.arctan(np.polyfit(z[wall], radius[wall], 1)[0]), 0.0, options.max_lean_rad))
 
 
-def _places_on_rim_or_body(shape: ObjectShape) -> Iterator[FloatArray]:
+def _places_across_body(shape: ObjectShape, *, options: GraspSamplerOptions = GRASP_SAMPLER) -> Iterator[FloatArray]:
     """Yield points inside the body at which to grip it."""
     middle = shape.middle
-    levels = (0.5,) if shape.height < 0.07 else (0.35, 0.55, 0.75, 0.88)
+    levels = (0.5,) if shape.height < options.low_object_m else (0.35, 0.55, 0.75, 0.88)
     for level in levels:
         z = shape.bottom + level * shape.height
         yield np.array([middle[0], middle[1], z])
-    if shape.axis is None and shape.size[0] > 0.09:
+    if shape.axis is None and shape.size[0] > options.long_object_m:
         along = np.array([np.cos(shape.yaw), np.sin(shape.yaw)])
         for share in (-0.3, -0.15, 0.15, 0.3):
             xy = middle[:2] + share * shape.size[0] * along
@@ -150,7 +152,7 @@ def _fit_grasp(
     # an edge that slopes inwards, as a plate's, needs the inner finger further in
     for window in (0.022, 0.034, 0.044) if family == "rim" else (np.inf,):
         span = local[padded & (np.abs(local[:, 1]) < window)]
-        if len(span) < 4:
+        if len(span) < options.least_pad_points:
             return None
         low, high = float(span[:, 1].min()), float(span[:, 1].max())
         width, middle = high - low, 0.5 * (low + high)
@@ -225,7 +227,7 @@ def _tip_depth(
     wanted = min(wanted, lowest / down)
     if family == "rim" and shape.rim is not None:
         wanted = min(wanted, (shape.rim.z - shape.rim.floor_z - corner - 0.003) / down)
-        return wanted if wanted > 0.006 else None
+        return wanted if wanted > options.least_depth_m else None
     # a pad is 5 cm wide: when it comes in obliquely its lower half still holds what lies below the middle of its tip
     least = -min(0.25 * shape.height, 0.6 * gripper.half_width * float(np.cos(hand.pitch)) + 0.003)
     return wanted if wanted >= least else None

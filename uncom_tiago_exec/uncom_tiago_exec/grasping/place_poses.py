@@ -112,7 +112,10 @@ def place_candidates(
 
     Only what falls into an opening, or is a ball, may be tilted; a hand that is less steep reaches further.
     """
-    ball = moved.axis is not None and moved.rim is None and 0.85 < moved.height / (2.0 * moved.axis.radius) < 1.15
+    flattest, tallest = options.ball_proportions
+    ball = (
+        moved.axis is not None and moved.rim is None and flattest < moved.height / (2.0 * moved.axis.radius) < tallest
+    )
     steep = float(np.arcsin(np.clip(-grasp.approach[2], -1.0, 1.0)))
     tilts = [t for t in options.tilts_rad if t == 0.0 or goal.into is not None or ball]
     if _is_long(goal, moved, options=options):
@@ -125,7 +128,7 @@ def place_candidates(
             _place_pose(goal, moved, grasp, gripper, float(turn), float(tilt), options=options)
             for turn in (options.coarse_turns_rad if coarse else options.turns_rad)
         ]
-    if goal.room > 0.01:  # nearer to the robot is easier to reach
+    if goal.room > options.least_room_m:  # nearer to the robot is easier to reach
         nearer = replace(goal, xy=goal.xy * (1.0 - goal.room / float(np.linalg.norm(goal.xy))), room=0.0)
         found += place_candidates(nearer, moved, grasp, gripper, coarse=coarse, options=options)
     return found

@@ -49,12 +49,18 @@ class AnalyticIk:
             raise ValueError("the axes of joints 2 and 3 are not at right angles")
         reach = float(third[:2, 3] @ along[:2])
         self._shoulder_z = float(third[2, 3])
-        if np.abs(third[:3, 3] - reach * along - [0.0, 0.0, self._shoulder_z]).max() > 1e-6:
+        if (
+            np.abs(third[:3, 3] - reach * along - [0.0, 0.0, self._shoulder_z]).max()
+            > self._options.meeting_tolerance_m
+        ):
             raise ValueError("the axes of joints 2 and 3 do not meet")
         self._third, self._shoulder_in_third = third[:3, :3], np.array([0.0, 0.0, -reach])
         self._fourth = at[4]
         # W in the frame of joint 4: on the axis of joint 5, where joints 6 and 7 turn
-        if np.abs(at[6][:2, 3]).max() > 1e-6 or np.abs(at[7][:3, 3]).max() > 1e-6:
+        if (
+            np.abs(at[6][:2, 3]).max() > self._options.meeting_tolerance_m
+            or np.abs(at[7][:3, 3]).max() > self._options.meeting_tolerance_m
+        ):
             raise ValueError("the axes of joints 5, 6 and 7 do not meet")
         self._wrist = at[5][:3, 3] + at[5][:3, 2] * at[6][2, 3]
         six = at[6][:3, :3]
@@ -159,7 +165,7 @@ class AnalyticIk:
         np.arctan2(last[1], last[0], out=q[5, :4])
         np.multiply(self._sign, np.arctan2(sine, last[2]), out=q[6, :4])
         np.arctan2(row[1], -row[0], out=q[7, :4])
-        straight = sine < 1e-9  # joints 5 and 7 turn about one axis
+        straight = sine < self._options.singular_sine  # joints 5 and 7 turn about one axis
         if straight.any():
             column = (fore * rest[:, 0][:, None]).sum(axis=0)
             q[5, :4][straight] = 0.0

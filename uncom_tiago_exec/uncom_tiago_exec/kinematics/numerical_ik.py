@@ -88,4 +88,5 @@ class Descent:
                 break
             weight = np.where(blocked, 0.0, weight)
         largest = float(np.abs(step).max())
-        return step * min(1.0, 0.8 / largest) if largest > 0.8 else step
+        limit = self._options.largest_step
+        return step * min(1.0, limit / largest) if largest > limit else step

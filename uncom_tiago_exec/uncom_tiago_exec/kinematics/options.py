@@ -12,6 +12,8 @@ from uncom_common.tunables import tunable
 class AnalyticIkOptions:
     """When an arm can be solved in closed form."""
 
+    meeting_tolerance_m: float = tunable(1e-6, unit="m", meaning="distance up to which two axes meet")
+    singular_sine: float = tunable(1e-9, meaning="sine of joint 6 below which joints 5 and 7 turn about one axis")
     axis_tolerance: float = tunable(1e-07, meaning="how exactly the axes have to meet [m, or of a unit vector]")
 
 
@@ -65,6 +67,7 @@ class NumericalIkOptions:
 
     position_tolerance_m: float = tunable(0.0005, unit="m", meaning="greatest error of the position")
     rotation_tolerance_rad: float = tunable(0.005, unit="rad", meaning="greatest error of the rotation")
+    largest_step: float = tunable(0.8, meaning="greatest change of a joint in one iteration [rad, or m]")
 
 
 ANALYTIC_IK = AnalyticIkOptions()

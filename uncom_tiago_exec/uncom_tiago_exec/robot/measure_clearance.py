@@ -33,7 +33,8 @@ def measure(group: ArmGroup, *, options: ClearanceMapOptions = CLEARANCE_MAP) ->
     pairs = [
         (i, j)
         for i, j in group.body_pairs
-        if abs(objects[i].parentJoint - objects[j].parentJoint) == 2 and objects[i].name.startswith("torso_")
+        if abs(objects[i].parentJoint - objects[j].parentJoint) == options.joints_between
+        and objects[i].name.startswith("torso_")
     ]  # of what goes up with the torso, head and other arm may stand otherwise when the map is used
     entries: list[dict[str, object]] = []
     data, gdata = model.createData(), geometry.createData()
@@ -78,7 +79,7 @@ def _farthest_moves(
 
 def main(argv: list[str], *, options: ClearanceMapOptions = CLEARANCE_MAP) -> int:
     """Write the file for a robot description given as a file."""
-    if len(argv) != 2:
+    if len(argv[1:]) != 1:
         sys.stderr.write("use: python -m uncom_tiago_exec.robot.measure_clearance URDF_FILE\n")
         return 2
     FILE.unlink(missing_ok=True)

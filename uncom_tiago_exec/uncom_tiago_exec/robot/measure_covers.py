@@ -69,7 +69,7 @@ def cut(corners: FloatArray, axis: FloatArray, at: float) -> tuple[FloatArray, F
 
 def main(argv: list[str], *, options: ConvexCoverOptions = CONVEX_COVERS) -> int:
     """Write the file for a robot description given as a file."""
-    if len(argv) != 2:
+    if len(argv[1:]) != 1:
         sys.stderr.write("use: python -m uncom_tiago_exec.robot.measure_covers URDF_FILE\n")
         return 2
     robot = RobotModel(Path(argv[1]).read_text(encoding="utf-8"))

@@ -13,6 +13,7 @@ class ClearanceMapOptions:
     """How the map of self-collision clearances is stored."""
 
     cells: int = tunable(128, meaning="cells a side of a pair's map over two joints")
+    joints_between: int = tunable(2, meaning="joints between the links of a pair in the map: its two axes")
     unit_m: float = tunable(
         0.001,
         unit="m",
@@ -56,6 +57,7 @@ class SelfCollisionSampleOptions:
     """How pairs of links that cannot meet are found."""
 
     samples: int = tunable(20000, meaning="random configurations that are looked at")
+    widest_range: float = tunable(10.0, meaning="range of a joint [rad, or m] beyond which it counts as unlimited")
 
 
 CLEARANCE_MAP = ClearanceMapOptions()

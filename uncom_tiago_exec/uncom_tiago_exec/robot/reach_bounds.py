@@ -21,6 +21,7 @@ class ReachBounds:
     ) -> None:
         """Read the group's model; lower and upper are the torso's limits [m]."""
         self._options = options
+        first = 2  # joint of the arm in the model, after the universe (0) and the torso's lift (1)
         lines, self.radius = [], np.zeros(len(geometry.geometryObjects))
         for i, thing in enumerate(geometry.geometryObjects):
             shape = thing.geometry
@@ -29,10 +30,10 @@ class ReachBounds:
             joint, far = thing.parentJoint, float(shape.aabb_radius)
             if joint > 1:  # turns about joints of the arm: within the length of the chain from the first of them
                 far += float(np.linalg.norm(middle))
-                while joint > 2:
+                while joint > first:
                     far += float(np.linalg.norm(model.jointPlacements[joint].translation))
                     joint = model.parents[joint]
-                middle = np.array(model.jointPlacements[2].translation)
+                middle = np.array(model.jointPlacements[first].translation)
             if joint > 0:
                 middle = middle + np.array(model.jointPlacements[1].translation)
             rise = np.array([[lower], [upper]]) if joint > 0 else np.zeros((2, 1))

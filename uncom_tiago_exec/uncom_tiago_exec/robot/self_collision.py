@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from uncom_tiago_exec.robot.link_pairs import FILE, Pair, adjacent_pairs, link_of_geometry
-from uncom_tiago_exec.robot.options import SELF_COLLISION_SAMPLES
+from uncom_tiago_exec.robot.options import SELF_COLLISION_SAMPLES, SelfCollisionSampleOptions
 from uncom_tiago_exec.robot.robot_model import RobotModel
 
 
@@ -24,6 +24,8 @@ def sample_pairs(
     robot: RobotModel,
     samples: int = SELF_COLLISION_SAMPLES.samples,
     seed: int = 0,
+    *,
+    options: SelfCollisionSampleOptions = SELF_COLLISION_SAMPLES,
 ) -> dict[str, list[list[str]]]:
     """Check every pair of links at random configurations of arms, torso, head and fingers."""
     model, geometry = robot.model, robot.geometry.copy()
@@ -33,13 +35,13 @@ def sample_pairs(
     links = []
     for i, j in itertools.combinations(range(len(objects)), 2):
         pair = frozenset((link_of_geometry(objects[i].name), link_of_geometry(objects[j].name)))
-        if len(pair) == 2 and pair not in skip:
+        if len(pair) > 1 and pair not in skip:
             geometry.addCollisionPair(pin.CollisionPair(i, j))
             links.append(pair)
     data, gdata = model.createData(), geometry.createData()
     rng = np.random.default_rng(seed)
     low, high = np.array(model.lowerPositionLimit), np.array(model.upperPositionLimit)
-    fixed = ~np.isfinite(low) | ~np.isfinite(high) | (high - low > 10.0)
+    fixed = ~np.isfinite(low) | ~np.isfinite(high) | (high - low > options.widest_range)
     neutral = np.array(pin.neutral(model))
     counts = np.zeros(len(links), dtype=int)
     for _ in range(samples):
@@ -57,7 +59,7 @@ def sample_pairs(
 
 def main(argv: list[str]) -> int:
     """Write the file for a robot description given as a file."""
-    if len(argv) != 2:
+    if len(argv[1:]) != 1:
         sys.stderr.write("use: python -m uncom_tiago_exec.robot.self_collision URDF_FILE\n")
         return 2
     pairs = sample_pairs(RobotModel(Path(argv[1]).read_text(encoding="utf-8")))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from uncom_tiago_exec.trajectory.options import TIMING, TimingOptions
 from uncom_tiago_exec.types import FloatArray
 
 
@@ -31,15 +32,14 @@ def blend(waypoints: FloatArray, scale: FloatArray, radius: float = 0.25, step: 
     A blend never takes more than half of a segment, so that start and end stay where they are.
     """
     points = _without_repeats(np.asarray(waypoints, dtype=float), scale)
-    if len(points) < 2:
+    if len(points) <= 1:
         zero = np.zeros((0, points.shape[1]))
         return PathGrid(np.zeros(1), points[:1], zero, zero, zero)
     delta = np.diff(points, axis=0)
     lengths = np.linalg.norm(delta / scale, axis=1)
     directions = delta / lengths[:, None]
     cuts = np.zeros(len(points))
-    if len(points) > 2:
-        cuts[1:-1] = np.minimum(radius, 0.499 * np.minimum(lengths[:-1], lengths[1:]))
+    cuts[1:-1] = np.minimum(radius, 0.499 * np.minimum(lengths[:-1], lengths[1:]))
     pieces: list[tuple[float, FloatArray, FloatArray, FloatArray]] = []  # length, start, first, second
     for i, direction in enumerate(directions):
         straight = lengths[i] - cuts[i] - cuts[i + 1]
@@ -51,16 +51,24 @@ def blend(waypoints: FloatArray, scale: FloatArray, radius: float = 0.25, step: 
     return _grid(pieces, points[-1], step)
 
 
-def _without_repeats(points: FloatArray, scale: FloatArray) -> FloatArray:
-    keep = np.r_[True, np.linalg.norm(np.diff(points, axis=0) / scale, axis=1) > 1e-6]
+def _without_repeats(points: FloatArray, scale: FloatArray, *, options: TimingOptions = TIMING) -> FloatArray:
+    """Return the points (N, J) without those that repeat the one before; lengths in joint coordinates over `scale`."""
+    keep = np.r_[True, np.linalg.norm(np.diff(points, axis=0) / scale, axis=1) > options.repeat_length]
     return points[keep]
 
 
-def _grid(pieces: list[tuple[float, FloatArray, FloatArray, FloatArray]], last: FloatArray, step: float) -> PathGrid:
+def _grid(
+    pieces: list[tuple[float, FloatArray, FloatArray, FloatArray]],
+    last: FloatArray,
+    step: float,
+    *,
+    options: TimingOptions = TIMING,
+) -> PathGrid:
+    """Return the grid of the pieces (length, start, first and second derivative) that end at `last` (J,)."""
     s, q, first_start, first_end, second = [], [], [], [], []
     offset = 0.0
     for length, start, first, bend in pieces:
-        if length < 1e-9:
+        if length < options.empty_length:
             continue
         count = max(2, int(np.ceil(length / step)))
         edges = np.linspace(0.0, length, count + 1)

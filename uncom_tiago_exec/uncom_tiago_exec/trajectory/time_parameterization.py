@@ -61,9 +61,9 @@ def time_path(
         bounds = (limits.velocity, limits.acceleration, limits.jerk)
         return Trajectory(joint_names, *time_straight(waypoints[0], waypoints[-1], bounds, rate_hz))
     grid = blend(waypoints, limits.velocity, radius)
-    if len(grid.s) < 2:
+    if len(grid.s) <= 1:
         return _rest(joint_names, grid.q[0])
-    squared = _speed_profile(grid, limits)
+    squared = _speed_profile(grid, limits, options=options)
     times, positions = _integrate(grid, squared, options=options)
     window = 2.02 / limits.jerk_ratio
     return _smooth(joint_names, times, positions, window, rate_hz, options=options)
@@ -74,7 +74,7 @@ def _rest(joint_names: tuple[str, ...], q: FloatArray) -> Trajectory:
     return Trajectory(joint_names, np.array([0.0, 0.02]), positions, np.zeros_like(positions))
 
 
-def _speed_profile(grid: PathGrid, limits: MotionLimits) -> FloatArray:
+def _speed_profile(grid: PathGrid, limits: MotionLimits, *, options: TimingOptions = TIMING) -> FloatArray:
     """Return the squared path speed at each grid point (N,): backward controllable sets, then greedy forward."""
     count, ds = len(grid.s), np.diff(grid.s)
     # |a u + b x| <= c at both ends of each interval, with x the squared speed at its start and u half of how it grows
@@ -85,17 +85,19 @@ def _speed_profile(grid: PathGrid, limits: MotionLimits) -> FloatArray:
     steepest = np.maximum(np.abs(grid.first_start), np.abs(grid.first_end))
     allowed = (limits.velocity / np.maximum(steepest, 1e-9)).min(axis=1) ** 2
     fastest = np.minimum(np.append(allowed, np.inf), np.append(np.inf, allowed))
-    flat = np.abs(a) <= 1e-12
+    flat = np.abs(a) <= options.flat_slope
     safe = np.where(flat, 1.0, a)
     slope, room = np.where(flat, 0.0, b / safe), np.where(flat, np.inf, c / np.abs(safe))
     # u <= room - slope x and u >= -room - slope x: each upper with each lower bound, and what stays still, bound x
-    own = _smallest(room[:, :, None] + room[:, None, :], slope[:, :, None] - slope[:, None, :], (1, 2))
-    own = np.minimum(own, _smallest(np.broadcast_to(c, b.shape), np.where(flat, np.abs(b), 0.0), (1,)))
-    own = np.minimum(own, _smallest(room, slope - 0.5 / ds[:, None], (1,)))  # x at the end is not negative
+    own = _smallest(room[:, :, None] + room[:, None, :], slope[:, :, None] - slope[:, None, :], (1, 2), options=options)
+    own = np.minimum(own, _smallest(np.broadcast_to(c, b.shape), np.where(flat, np.abs(b), 0.0), (1,), options=options))
+    own = np.minimum(
+        own, _smallest(room, slope - 0.5 / ds[:, None], (1,), options=options)
+    )  # x at the end is not negative
     own = np.minimum(own, fastest[:-1])
     reach = np.zeros(count)
     steepness = 0.5 / ds[:, None] - slope  # x at the end is at most what is allowed there
-    rising = (steepness > 1e-12) & ~flat
+    rising = (steepness > options.flat_slope) & ~flat
     steepness = np.where(rising, steepness, 1.0)
     for i in range(count - 2, -1, -1):
         after = np.where(rising[i], (0.5 / ds[i] * reach[i + 1] + room[i]) / steepness[i], np.inf)
@@ -107,9 +109,11 @@ def _speed_profile(grid: PathGrid, limits: MotionLimits) -> FloatArray:
     return squared
 
 
-def _smallest(room: FloatArray, slope: FloatArray, axes: tuple[int, ...]) -> FloatArray:
+def _smallest(
+    room: FloatArray, slope: FloatArray, axes: tuple[int, ...], *, options: TimingOptions = TIMING
+) -> FloatArray:
     """Return the largest x with slope x <= room for all along the axes."""
-    rising = slope > 1e-12
+    rising = slope > options.flat_slope
     return np.asarray(np.where(rising, room / np.where(rising, slope, 1.0), np.inf).min(axis=axes))
 
 
@@ -120,7 +124,7 @@ def _integrate(
     speed = np.sqrt(squared)
     ds = np.diff(grid.s)
     total = speed[:-1] + speed[1:]
-    if (total <= 1e-9).any():
+    if (total <= options.least_speed).any():
         raise PlanningError("a path cannot be timed: it stops on its way; plan again")
     spans = 2.0 * ds / total
     knots = np.concatenate([[0.0], np.cumsum(spans)])
