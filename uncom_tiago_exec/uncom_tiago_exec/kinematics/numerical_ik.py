@@ -22,7 +22,7 @@ class Descent:
     def __init__(
         self, group: ArmGroup, iterations: int = 50, stall: int = 5, *, options: NumericalIkOptions = NUMERICAL_IK
     ) -> None:
-        """Keep the group; a descent ends after `iterations`, or after `stall` of them without progress."""
+        """Solve for an arm group; a descent ends after `iterations`, or after `stall` of them without progress."""
         self._options = options
         self.group = group
         self._iterations = iterations

@@ -39,7 +39,16 @@ class ArmPlanner:
         *,
         options: ArmPlannerOptions = ARM_PLANNER,
     ) -> None:
-        """Keep what is needed; models are made when first used."""
+        """Plan with one arm; models and checkers are made when first used.
+
+        Args:
+            robot: model of the whole robot.
+            side: of the arm that moves, with the torso.
+            positions: of all joints [rad, or m] by name, at which every other joint stays.
+            scene: in base_footprint.
+            config: speeds, margins and planning time.
+            options: numbers that tune it.
+        """
         self._options = options
         self.side: Side = side
         self.scene = scene

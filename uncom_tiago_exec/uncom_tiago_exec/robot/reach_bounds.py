@@ -19,7 +19,7 @@ class ReachBounds:
     def __init__(
         self, model: Any, geometry: Any, lower: float, upper: float, *, options: ReachBoundOptions = REACH_BOUNDS
     ) -> None:
-        """Read the group's model; lower and upper are the torso's limits [m]."""
+        """Bound the shapes of a pinocchio model and its geometry; lower and upper are the torso's limits [m]."""
         self._options = options
         first = 2  # joint of the arm in the model, after the universe (0) and the torso's lift (1)
         lines, self.radius = [], np.zeros(len(geometry.geometryObjects))

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Times a path so that velocity, acceleration and jerk of every joint stay within their limits.
 
-1. The corners are rounded (blending.py): the motion does not stop at waypoints.
+1. The corners are rounded (corner_blending.py): the motion does not stop at waypoints.
 2. The fastest speed along the path under velocity and acceleration limits is found by reachability analysis on a
    grid (Pham and Pham 2018, TOPP-RA); the limits are linear between grid points, so they hold there too.
 3. The motion is averaged over a sliding window. An average never exceeds the limits of what it averages, and with
    window w the jerk is at most 2 a_max / w; the path changes by at most a_max w^2 / 24, well under a margin.
 
-A straight line needs none of this: Ruckig times it exactly (straight.py).
+A straight line needs none of this: Ruckig times it exactly (rest_to_rest.py).
 """
 
 from __future__ import annotations

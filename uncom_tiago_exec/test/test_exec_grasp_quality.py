@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from exec_fixtures import TABLE_Z, robot
+from exec_gripper import GRIPPER, TABLE_Z
 from uncom_tiago_exec.grasping.grasps import grasp_candidates
 from uncom_tiago_exec.scene.object_shape import complete
 
@@ -42,12 +42,11 @@ def test_what_narrows_upwards_is_held_at_its_belly(belly):
     """Pads of the best grasps reach as low as the widest place, and are as wide apart as it is."""
     rng = np.random.default_rng(3)
     pear = complete("pear", turned([(0.018, 0.0), (0.032, belly), (0.016, 0.085), (0.006, 0.1)], rng), TABLE_Z)
-    gripper = robot().gripper("left")
-    best = grasp_candidates(pear, NOTHING, gripper)[:5]
+    best = grasp_candidates(pear, NOTHING, GRIPPER)[:5]
     assert best
     for grasp in best:
-        tip = grasp.pose[:3, 3] + gripper.tip * grasp.approach
-        lowest = tip[2] - gripper.half_width * abs(grasp.pose[2, 2])
+        tip = grasp.pose[:3, 3] + GRIPPER.tip * grasp.approach
+        lowest = tip[2] - GRIPPER.half_width * abs(grasp.pose[2, 2])
         assert lowest < TABLE_Z + belly + 0.003
         assert grasp.width > 2.0 * 0.03 - 0.004
 
@@ -57,7 +56,7 @@ def test_a_mug_is_as_wide_as_it_is_round_its_handle_left_out(handle):
     """The root of the handle does not widen it all around, so that a hand that just fits is found."""
     shape = complete("mug", mug(np.random.default_rng(4), handle), TABLE_Z)
     assert shape.rim is not None
-    families = {grasp.family for grasp in grasp_candidates(shape, NOTHING, robot().gripper("left"), count=20)}
+    families = {grasp.family for grasp in grasp_candidates(shape, NOTHING, GRIPPER, count=20)}
     assert families == {"across", "rim"}
 
 
