@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from uncom_tiago_exec.grasping.options import GRASP_QUALITY, GraspQualityOptions
-from uncom_tiago_exec.scene.object_shape import VOXEL, ObjectShape
+from uncom_tiago_exec.scene.object_shape import ObjectShape
+from uncom_tiago_exec.scene.options import SHAPE_COMPLETION
 from uncom_tiago_exec.types import FloatArray
 
 
@@ -104,7 +105,7 @@ def _taper_at_pad_ends(contents: PadContents, *, options: GraspQualityOptions = 
     Pads that end before the widest place press a thing out from between them.
     """
     span = contents.points
-    steepest, widest = 0.0, float(np.ptp(span[:, 1])) - 0.5 * VOXEL
+    steepest, widest = 0.0, float(np.ptp(span[:, 1])) - 0.5 * SHAPE_COMPLETION.voxel_m
     sides = (span[:, 0], contents.tip), (span[:, 2], contents.half_width), (-span[:, 2], contents.half_width)
     for along, end in sides:
         last, before = (
@@ -134,6 +135,6 @@ def _share_of_weight_borne(
     It is held level by one pad pressing at the edge and the other `depth` [m] below.
     """
     middle = shape.points.mean(axis=0)
-    weight = options.sheet_kg_m2 * 9.81 * len(shape.points) * VOXEL**2
+    weight = options.sheet_kg_m2 * 9.81 * len(shape.points) * SHAPE_COMPLETION.voxel_m**2
     moment = weight * float(np.linalg.norm(place[:2] - middle[:2]))
     return min(1.0, options.pad_force_n * max(depth, 0.0) / max(moment, 1e-6)) ** 2

@@ -13,7 +13,7 @@ from uncom_tiago_exec.grasping.grasps import Grasp
 from uncom_tiago_exec.grasping.options import PLACE_POSES, PlacePoseOptions
 from uncom_tiago_exec.robot.gripper_shape import GripperShape
 from uncom_tiago_exec.scene.object_shape import ObjectShape
-from uncom_tiago_exec.scene.obstacles import SHALLOW, TABLE, on_table
+from uncom_tiago_exec.scene.obstacles import TABLE, is_shallow, on_table
 from uncom_tiago_exec.types import FloatArray, ManipulationTask
 
 
@@ -91,7 +91,7 @@ def _inside(
 def _on_top(moved: ObjectShape, target: ObjectShape, *, options: PlacePoseOptions = PLACE_POSES) -> Destination:
     """Find the surface that the thing will rest on: the floor of a flat dish, or the top."""
     touches = frozenset({target.name, TABLE})
-    if target.rim is not None and target.rim.z - target.rim.floor_z < SHALLOW:
+    if target.rim is not None and is_shallow(target.rim):
         if float(moved.size[0]) < 1.6 * target.rim.radius:
             room = 0.6 * target.rim.radius - 0.5 * float(moved.size[0])
             return Destination(target.rim.centre, target.rim.floor_z + 0.006, touches, room=max(room, 0.0))

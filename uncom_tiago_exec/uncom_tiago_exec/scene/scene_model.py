@@ -12,6 +12,7 @@ from uncom_perception.types import Detection
 from uncom_tiago_exec.exceptions import ExecutionError
 from uncom_tiago_exec.scene.object_shape import ObjectShape, shape_of
 from uncom_tiago_exec.scene.obstacles import solids_of, table_obstacle
+from uncom_tiago_exec.scene.options import SCENE_MATCHING, SOLIDS, SceneMatchingOptions
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Obstacle
 
 _LOG = logging.getLogger(__name__)
@@ -46,7 +47,7 @@ class SceneModel:
             shapes = [*self.others, *((self.target,) if self.target else ())]
             self._solids["still"] = tuple(solid for shape in shapes for solid in solids_of(shape))
             self._solids["moved"] = solids_of(self.moved)
-            self._solids["held"] = solids_of(self.moved, pad=0.001)
+            self._solids["held"] = solids_of(self.moved, pad=SOLIDS.held_pad_m)
         moved = self._solids["moved"] if with_moved else ()
         return (self.table, *self._solids["still"], *self.shadows, *moved)
 
@@ -62,7 +63,7 @@ def replace_moved(scene: SceneModel, moved: ObjectShape) -> SceneModel:
     return SceneModel(moved, scene.target, scene.others, scene.table, scene.table_z)
 
 
-def build_scene(task: ManipulationTask) -> SceneModel:
+def build_scene(task: ManipulationTask, options: SceneMatchingOptions = SCENE_MATCHING) -> SceneModel:
     """Complete every detection of a task.
 
     Raises:
@@ -76,7 +77,8 @@ def build_scene(task: ManipulationTask) -> SceneModel:
     target = _named(task.target, height, "target") if task.target is not None else None
     others = []
     for i, detection in enumerate(task.scene):
-        if _same(detection, task.object) or (task.target is not None and _same(detection, task.target)):
+        used = (task.object,) if task.target is None else (task.object, task.target)
+        if any(_is_same(detection, other, options) for other in used):
             continue
         try:
             others.append(_named(detection, height, f"{detection.label or 'thing'}_{i}"))
@@ -93,9 +95,9 @@ def _named(detection: Detection, height: float, name: str) -> ObjectShape:
     )  # fmt: skip
 
 
-def _same(a: Detection, b: Detection) -> bool:
+def _is_same(a: Detection, b: Detection, options: SceneMatchingOptions) -> bool:
     """Tell whether two detections are one thing: the same name and the same place, or nearly the same place."""
     if a.geometry is None or b.geometry is None:
         return a.id == b.id
     apart = float(np.linalg.norm(a.geometry.centroid - b.geometry.centroid))
-    return apart < 0.012 or (a.id == b.id and apart < 0.05)
+    return apart < options.same_place_m or (a.id == b.id and apart < options.same_name_m)
