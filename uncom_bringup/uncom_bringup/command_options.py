@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What several commands need."""
+"""Options, argument types and checks of input files that several commands share."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def add_workers(parser: argparse.ArgumentParser) -> None:
 
 @contextmanager
 def simulator_needed(otherwise: str = "`uncom doctor` says what is") -> Iterator[None]:
-    """Import parts of the simulator in this context; `otherwise` is said to whoever has it not.
+    """Context to import parts of the simulator in; `otherwise` is the advice where it is not installed.
 
     Raises:
         BadInputError: it is not installed.
@@ -99,11 +99,11 @@ def read_picture(path: Path) -> npt.NDArray[np.uint8]:
     from uncom_bringup.bags import image_codec  # noqa: PLC0415  (OpenCV is slow to import)
 
     wrong = f"{path} is not a picture that can be read (JPEG, PNG, BMP, TIFF, WebP), or it is cut short"
-    return decoded(path, image_codec.decode_colour, wrong)
+    return decode_file(path, image_codec.decode_colour, wrong)
 
 
-def decoded(path: Path, decode: Callable[[bytes], Picture], wrong: str) -> Picture:
-    """Decode a file; `wrong` is said of one that cannot be. OpenCV's and libpng's own lines are not for users.
+def decode_file(path: Path, decode: Callable[[bytes], Picture], wrong: str) -> Picture:
+    """Decode a file; `wrong` is the error for one that cannot be. Lines of OpenCV and libpng are not shown to users.
 
     Raises:
         BadInputError: `decode` does.
@@ -157,7 +157,7 @@ def positive_number(text: str) -> int:
 def output_folder(wanted: str | None, default_stem: str, force: bool) -> Path:
     """Choose (and make) the folder for what a run leaves behind.
 
-    Without a wish it is `uncom_out/<default_stem>`, or that with -2, -3, ... behind: new each time.
+    Where `wanted` is None it is a new folder: `uncom_out/<default_stem>`, or that with -2, -3, ... appended.
 
     Raises:
         OutputExistsError: the wanted folder holds something and `force` is not given.

@@ -59,9 +59,9 @@ def note(line: str) -> None:
 
 @contextmanager
 def captured_stderr() -> Iterator[list[str]]:
-    """Hold back what native libraries write to descriptor 2 in this context; the list has its lines afterwards.
+    """Capture what native libraries write to descriptor 2 in this context; the list has its lines afterwards.
 
-    For a short call that tells by its result how it ended; the caller puts it into words.
+    For short calls whose result tells how they ended, so that the caller can word the message.
     """
     lines: list[str] = []
     try:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from uncom_bringup import output
-from uncom_bringup.command_options import SubParsers, add_json, decoded, existing_file, read_picture
+from uncom_bringup.command_options import SubParsers, add_json, decode_file, existing_file, read_picture
 from uncom_bringup.exceptions import BadInputError
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def read_depth(path: Path) -> npt.NDArray[np.float32]:
     from uncom_bringup.bags import image_codec  # noqa: PLC0415  (OpenCV is slow to import)
 
     wrong = f"{path} is not a depth picture (16-bit PNG in millimetres), or it is cut short"
-    return decoded(path, image_codec.decode_depth, wrong)
+    return decode_file(path, image_codec.decode_depth, wrong)
 
 
 def read_camera(path: Path, shape: Sequence[int]) -> PinholeCamera:

@@ -76,7 +76,7 @@ class DomainClaim:
         raise NoFreeDomainError("no ROS domain id from 1 to 101 is free; stop some graphs or set ROS_DOMAIN_ID")
 
     def _take_lock(self, domain: int) -> bool:
-        """Lock a file: closes the gap between looking at the ports and the first node's binding them."""
+        """Lock a file for this domain: no other process takes it before our first node has bound its ports."""
         path = Path(tempfile.gettempdir()) / f"uncom-{os.getuid()}-domain-{domain}.lock"
         descriptor = os.open(path, os.O_CREAT | os.O_RDWR | os.O_NOFOLLOW, 0o600)
         try:
