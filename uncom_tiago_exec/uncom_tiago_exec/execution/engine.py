@@ -87,5 +87,5 @@ class Engine:
         stage = Stage.DONE if succeeded else Stage.STOPPED if state.is_stopped else Stage.FAILED
         reached = stage if succeeded else executor.stage
         text = state.text if succeeded or state.failure is None else str(state.failure)
-        executor.tell(stage, text, data={"tree": tree})
+        executor.report(stage, text, data={"tree": tree})
         return Outcome(succeeded, reached, text, executor.in_hand, self._parts.observer.verification, tree)

@@ -131,7 +131,7 @@ class HeldObjectActions:
             MotionError: the arm was held up.
         """
         state, executor, (plan, before) = self.state, self.parts.executor, self._under_way()
-        executor.tell(Stage.PLANNING, f"looking for a place for the {executor.in_hand}", plan.side)
+        executor.report(Stage.PLANNING, f"looking for a place for the {executor.in_hand}", plan.side)
         state.held = plan
         state.task = state.current = task_with_held_object(state.task, before, state.own_parts)
         seen = task_in_base(state.task, self.parts.base.pose)

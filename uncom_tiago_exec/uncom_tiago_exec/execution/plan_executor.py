@@ -31,15 +31,24 @@ class PlanExecutor:
         model: RobotModel,
         robot: RobotInterface,
         config: ExecutionConfig,
-        report: StatusCallback,
+        on_status: StatusCallback,
         options: PlanExecutionOptions = PLAN_EXECUTION,
         grip: GripOptions = GRIP,
     ) -> None:
-        """Take the robot and its model, limits of its motions, and what is told of every stage; nothing moves yet."""
+        """Take the robot and its model; nothing moves yet.
+
+        Args:
+            model: of the robot.
+            robot: the access to it.
+            config: of the node: limits of motions.
+            on_status: called with every change of stage.
+            options: what a motion may differ from its plan by.
+            grip: how fingers hold, and what their gap tells.
+        """
         self.model = model
         self._robot = robot
         self._config = config
-        self._report = report
+        self._on_status = on_status
         self._options = options
         self._grip_options = grip
         self.stage = Stage.IDLE
@@ -67,9 +76,9 @@ class PlanExecutor:
         self._robot.grip(plan.side, step.gap)
         self._gripping = None
 
-    def tell(self, stage: Stage, detail: str = "", arm: str = "", data: dict[str, object] | None = None) -> None:
-        """Report a stage."""
-        self._report(Status(stage, detail, arm, data or {}))
+    def report(self, stage: Stage, detail: str = "", arm: str = "", data: dict[str, object] | None = None) -> None:
+        """Report a change of stage, with details, the side of the arm, and data for JSON."""
+        self._on_status(Status(stage, detail, arm, data or {}))
         self.stage = stage
 
     def holds_nothing(self, plan: Plan) -> bool:
@@ -84,7 +93,7 @@ class PlanExecutor:
         Raises:
             GraspFailedError: nothing is between the fingers.
         """
-        what = task.object_text or task.object.label or "object"
+        name = task.object_text or task.object.label or "object"
         holding = self._released = False
         for step in plan.steps:
             if step.stage > Stage.LIFTING:
@@ -94,45 +103,54 @@ class PlanExecutor:
                 self.follow(step.trajectory)
             elif step.holding:
                 self._gripping = step
-                self._close(plan, what)
-                self._gripping, self.in_hand = None, what
+                self._close(plan, name)
+                self._gripping, self.in_hand = None, name
                 holding = True
             else:
                 self._grip(plan, step)
             if holding and step.stage == Stage.LIFTING:
                 # a finger that was held up by the table, not by the object, closes now
                 self._robot.grip(plan.side, self._pressing_gap(self._held_gap))
-                self._still_held(plan, what, "the {} slipped out of my fingers")
+                self._require_held(plan, name, "the {} slipped out of my fingers")
 
-    def _close(self, plan: Plan, what: str) -> None:
+    def _close(self, plan: Plan, name: str) -> None:
         """Close on the object, press, and tell from the gap whether anything is there."""
         width = plan.grasp.width if plan.grasp is not None else 0.0
         gap = self._robot.grip(plan.side, self._pressing_gap(width))
         gap = self._robot.grip(plan.side, self._pressing_gap(gap))
         if gap < self._empty_gap(width):
-            raise GraspFailedError(f"my fingers closed beside the {what}")
+            raise GraspFailedError(f"my fingers closed beside the {name}")
         self._held_gap = gap
-        self.tell(Stage.GRASPING, f"holding something {gap * 1000:.0f} mm wide", plan.side, {"gap_m": round(gap, 4)})
+        self.report(Stage.GRASPING, f"holding something {gap * 1000:.0f} mm wide", plan.side, {"gap_m": round(gap, 4)})
 
-    def _still_held(self, plan: Plan, what: str, lost: str) -> None:
+    def _require_held(self, plan: Plan, name: str, lost: str) -> None:
+        """See from the gap of the fingers that an object is still held.
+
+        Raises:
+            GraspFailedError: it is not; the text is `lost` with its name.
+        """
         if self.holds_nothing(plan):
             self.in_hand = ""
-            raise GraspFailedError(lost.format(what))
+            raise GraspFailedError(lost.format(name))
 
     def _announce(self, step: MoveStep | GripStep, plan: Plan) -> None:
         data: dict[str, object] = {}
         if isinstance(step, MoveStep):
             data["duration_s"] = round(step.trajectory.duration_s, 3)
-        self.tell(step.stage, step.detail, plan.side, data)
+        self.report(step.stage, step.detail, plan.side, data)
 
     def carry(self, plan: Plan) -> None:
-        """Bring the object over its place; what is lost on the way is noticed there."""
+        """Bring the object over its place.
+
+        Raises:
+            GraspFailedError: it was lost on the way, which is noticed there.
+        """
         for step in plan.steps:
             if isinstance(step, MoveStep) and step.stage == Stage.TRANSFERRING:
                 self._announce(step, plan)
                 self.follow(step.trajectory)
                 if plan.grasp is not None:
-                    self._still_held(plan, self.in_hand, "I lost the {} on the way")
+                    self._require_held(plan, self.in_hand, "I lost the {} on the way")
 
     def place(self, plan: Plan) -> None:
         """Set the object down, let go, and go home.
@@ -154,12 +172,12 @@ class PlanExecutor:
                     self.follow(step.trajectory)
             elif step.stage == Stage.PLACING:
                 self._announce(step, plan)
-                self._let_go(plan, step)
+                self._release(plan, step)
                 self.in_hand, self._released = "", True
             else:
                 self._grip(plan, step)
 
-    def _let_go(self, plan: Plan, step: GripStep) -> None:
+    def _release(self, plan: Plan, step: GripStep) -> None:
         """Open the fingers, again and again if something holds them: a pad may be wedged in a narrow opening.
 
         Raises:
@@ -190,9 +208,8 @@ class PlanExecutor:
         except MotionError:
             group = self.model.group(plan.side, self._robot.positions())
             here = group.forward(self._positions_of(step.trajectory))
-            if float(
-                np.linalg.norm((here - group.forward(step.trajectory.positions[-1]))[:3, 3])
-            ) > self._early_contact(plan):
+            there = group.forward(step.trajectory.positions[-1])
+            if float(np.linalg.norm((here - there)[:3, 3])) > self._early_contact(plan):
                 raise
             return False
         return True
@@ -203,11 +220,11 @@ class PlanExecutor:
 
     def recover(self, plan: Plan, why: str = "something went wrong; I go back to where I began") -> bool:
         """Go home after a fault without dropping what is held, if there is a free way; else stay and return False."""
-        onwards = self._last_motion_stage >= Stage.LIFTING and self._last_motion_stage != Stage.PLACING
-        self.tell(Stage.HOMING, why, plan.side)
+        forward_first = self._last_motion_stage >= Stage.LIFTING and self._last_motion_stage != Stage.PLACING
+        self.report(Stage.HOMING, why, plan.side)
         try:
             self._end_gripping(plan)
-            left = InterruptedArm(bool(self.in_hand), self._released, self._last_motion, onwards)
+            left = InterruptedArm(bool(self.in_hand), self._released, self._last_motion, forward_first)
             for motion in plan_way_home(self.model, plan, self._robot.positions(), self._config, left):
                 self.follow(motion)
         except StoppedError:
@@ -224,7 +241,7 @@ class PlanExecutor:
             MotionError: the arm is held up.
         """
         for motion in plan_lift_clear(self.model, plan, self._robot.positions(), self._config):
-            self.tell(Stage.LIFTING, "first I lift it clear", plan.side)
+            self.report(Stage.LIFTING, "first I lift it clear", plan.side)
             self.follow(motion)
 
     @property
@@ -243,7 +260,7 @@ class PlanExecutor:
             self._grip(plan, step)
             return
         try:
-            self._let_go(plan, step)
+            self._release(plan, step)
         except MotionError:
             if not self.in_hand:
                 raise
@@ -254,7 +271,7 @@ class PlanExecutor:
     def give_up_grasp(self, plan: Plan) -> None:
         """Open, and go back the way that was free on the way in; from above, where what fell may lie, straight home."""
         lifted = self.stage == Stage.LIFTING
-        self.tell(Stage.RETREATING, "opening the fingers and going back", plan.side)
+        self.report(Stage.RETREATING, "opening the fingers and going back", plan.side)
         stages = (Stage.APPROACHING, Stage.LIFTING) if lifted else (Stage.APPROACHING,)
         moves = [step for step in plan.steps if isinstance(step, MoveStep) and step.stage in stages]
         if plan.grasp is not None:

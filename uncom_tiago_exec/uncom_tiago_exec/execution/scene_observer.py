@@ -68,12 +68,12 @@ class SceneObserver:
         """
         if not self._config.verify:
             return skill.done_text(task, "")
-        self._executor.tell(Stage.VERIFYING, "looking again")
+        self._executor.report(Stage.VERIFYING, "looking again")
         task, plan = skill.expected(task, plan)
         on_target = skill.rests_on_target(task)
         finding = verify(task_in_base(task, plan.base), plan, self._robot.look(), on_target=on_target)
         self.verification = data = finding.as_data()
-        self._executor.tell(Stage.VERIFYING, finding.text, plan.side, data)
+        self._executor.report(Stage.VERIFYING, finding.text, plan.side, data)
         if not finding.success:
             raise MisplacedError(finding.text)
         moved = ", ".join(f"the {name} by {distance * 100:.0f} cm" for name, distance in finding.moved)

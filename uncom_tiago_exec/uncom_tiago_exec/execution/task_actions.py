@@ -77,11 +77,11 @@ class TaskActions:
         state, parts = self.state, self.parts
         if attempt == 0:
             state.failed_grasps.clear()
-        parts.executor.tell(Stage.PLANNING, "looking for a grasp and a way")
+        parts.executor.report(Stage.PLANNING, "looking for a grasp and a way")
         state.plan = plan = parts.planner.plan(state.current, parts.base.pose, state.failed_grasps, like)
         data = {"attempt": attempt + 1, **plan.as_data()}
         text = f"planned in {plan.planning_s:.2f} s with the {plan.side} arm"
-        parts.executor.tell(Stage.PLANNING, text, plan.side, data)
+        parts.executor.report(Stage.PLANNING, text, plan.side, data)
 
     def plan_from_here(self) -> None:
         """Plan the task as it was seen at first."""
@@ -129,7 +129,7 @@ class TaskActions:
             MotionError: the base did not get there.
         """
         distance = 0.0 if self.state.approach is None else self.state.approach.distance_m
-        self.parts.executor.tell(Stage.APPROACHING, f"driving {distance * 100:.0f} cm nearer")
+        self.parts.executor.report(Stage.APPROACHING, f"driving {distance * 100:.0f} cm nearer")
         self.parts.base.drive_nearer(distance)
 
     def drive_back(self) -> None:
@@ -164,7 +164,7 @@ class TaskActions:
         state, relay = self.state, self.state.relay
         if relay is None:
             return
-        self.parts.executor.tell(Stage.PLANNING, "first I bring it to the middle of the table", relay.plan.side)
+        self.parts.executor.report(Stage.PLANNING, "first I bring it to the middle of the table", relay.plan.side)
         state.current, state.plan, state.approach = relay.first, relay.plan, relay.approach
         state.failed_grasps.clear()
 
@@ -198,7 +198,7 @@ class TaskActions:
         found = self.parts.observer.seen_again(state.current, plan)
         if found is None:
             return False
-        self.parts.executor.tell(Stage.PLANNING, f"{failure}; I try another way", plan.side)
+        self.parts.executor.report(Stage.PLANNING, f"{failure}; I try another way", plan.side)
         state.current = found
         return True
 
