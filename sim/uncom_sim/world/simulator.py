@@ -67,19 +67,7 @@ class Simulator:
         except Exception:
             self.close()
             raise
-        self._indices = {
-            config.joints: np.array([ACTUATED.index(joint) for joint in config.joints])
-            for config in TRAJECTORY_CONTROLLERS
-        }
-        joints = self.robot.kinematics.joints
-        moving = (*ACTUATED, *WHEELS)
-        self._moving = FrameTree([joints[name] for name in moving])
-        self._fixed = FrameTree([joint for name, joint in joints.items() if name not in moving])
-        self._followed: dict[str, SetPoint] = {}
-        self.controllers = {
-            config.name: TrajectoryController(config, self.joint_positions(config.joints))
-            for config in TRAJECTORY_CONTROLLERS
-        }
+        self._prepare_joints()
         self.base = DiffDrive()
         self.microphone = Microphone(self.world.person.samples, self.options.start_time_s, seed)
         self._camera = NoisyCamera(self.options.noise, seed, HEAD_CAMERA.height, HEAD_CAMERA.width)
@@ -96,6 +84,22 @@ class Simulator:
             options=physics_options,
         )
         self._prepare_rendering(scene)
+
+    def _prepare_joints(self) -> None:
+        """Start the controllers at the present joint positions, and sort the frames into moving and fixed ones."""
+        self._indices = {
+            config.joints: np.array([ACTUATED.index(joint) for joint in config.joints])
+            for config in TRAJECTORY_CONTROLLERS
+        }
+        joints = self.robot.kinematics.joints
+        moving = (*ACTUATED, *WHEELS)
+        self._moving = FrameTree([joints[name] for name in moving])
+        self._fixed = FrameTree([joint for name, joint in joints.items() if name not in moving])
+        self._followed: dict[str, SetPoint] = {}
+        self.controllers = {
+            config.name: TrajectoryController(config, self.joint_positions(config.joints))
+            for config in TRAJECTORY_CONTROLLERS
+        }
 
     def _set_physics(self, options: PhysicsOptions) -> None:
         """Set PyBullet's time step, solver and contacts."""
