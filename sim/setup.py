@@ -25,6 +25,7 @@ setup(
         "manifold3d",
         "matplotlib",
         "numpy",
+        "ompl",
         "opencv-python-headless",
         "pillow",
         "pin",
@@ -45,17 +46,7 @@ setup(
     license=MANIFEST.findtext("license"),
     extras_require={
         "peers": ["mplib", "roboplan-core", "roboplan-rrt", "roboplan-simple-ik"],
-        "test": [
-            "av",
-            "coal",
-            "hypothesis",
-            "mediapipe",
-            "pocketsphinx",
-            "pytest",
-            "pytest-timeout",
-            "rapidfuzz",
-            "soundfile",
-        ],
+        "test": ["av", "coal", "mediapipe", "pocketsphinx", "pytest", "pytest-timeout", "rapidfuzz", "soundfile"],
     },
     entry_points={
         "console_scripts": [
