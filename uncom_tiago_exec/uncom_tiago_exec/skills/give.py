@@ -16,12 +16,10 @@ from uncom_tiago_exec.planning.carry_planner import plan_upright_motion
 from uncom_tiago_exec.planning.plan import Step
 from uncom_tiago_exec.skills.grasping_skill import GraspingSkill
 from uncom_tiago_exec.skills.motion_steps import move, taking_steps
+from uncom_tiago_exec.skills.options import GIVE
 from uncom_tiago_exec.skills.reach import Reach
 from uncom_tiago_exec.skills.skill import ObjectEnd
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage
-
-_OUT = ((0.62, 0.18, 0.34), (0.56, 0.15, 0.3), (0.5, 0.2, 0.3), (0.56, 0.3, 0.25))  # ahead, aside, over the table [m]
-_TURNS = np.radians([0, 30, -30, 60, -60, 90, -90, 135, -135, 180])
 
 
 class GiveSkill(GraspingSkill):
@@ -63,7 +61,9 @@ def held_out(arm: ArmPlanner, grasp: Grasp, lifted: FloatArray) -> FloatArray:
         return plan_upright_motion(arm, grasp, lifted, goal)
 
     no_room = PlanningError("there is no room to hold that out to you")
-    paths = Alternatives(((place, turn) for place in _OUT for turn in _TURNS), hold_out, error=no_room)
+    paths = Alternatives(
+        ((place, turn) for place in GIVE.places_m for turn in np.radians(GIVE.turns_deg)), hold_out, error=no_room
+    )
     for path in paths:
         return path
     raise no_room from paths.error

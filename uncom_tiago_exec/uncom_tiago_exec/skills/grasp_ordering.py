@@ -20,13 +20,16 @@ from uncom_tiago_exec.grasping.grasps import Grasp
 from uncom_tiago_exec.grasping.place_poses import Destination
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.plan import Plan
+from uncom_tiago_exec.skills.options import GRASP_ORDER
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Side
 
 
 def same_grasp(a: FloatArray, b: FloatArray, slack: float = 1.0) -> bool:
     """Tell whether two hand poses (4, 4) are nearer than `slack` times 1.5 cm and 20 degrees."""
     turn = np.arccos(np.clip((np.trace(a[:3, :3].T @ b[:3, :3]) - 1.0) / 2.0, -1.0, 1.0))
-    return bool(np.linalg.norm(a[:3, 3] - b[:3, 3]) < 0.015 * slack and turn < 0.35 * slack)
+    return bool(
+        np.linalg.norm(a[:3, 3] - b[:3, 3]) < GRASP_ORDER.alike_m * slack and turn < GRASP_ORDER.alike_rad * slack
+    )
 
 
 def in_order(
@@ -47,8 +50,10 @@ def in_order(
             yaw = np.arctan2(-grasp.pose[0, 1], grasp.pose[1, 1])
             azimuth = np.arctan2(*(at - shoulder)[::-1])
             facing = 0.6 + 0.4 * float(np.cos(yaw - azimuth))
-            steep = max(0.0, float(np.linalg.norm(at - shoulder)) - 0.7) * max(0.0, -float(grasp.approach[2]) - 0.7)
-            scored.append((grasp.quality**1.5 * facing * np.exp(-crossing / 0.15) * np.exp(-8.0 * steep), arm, grasp))
+            far_by = max(0.0, float(np.linalg.norm(at - shoulder)) - GRASP_ORDER.far_m)
+            steep = far_by * max(0.0, -float(grasp.approach[2]) - GRASP_ORDER.steep)
+            reachable = np.exp(-crossing / GRASP_ORDER.crossing_m) * np.exp(-GRASP_ORDER.steep_weight * steep)
+            scored.append((grasp.quality**GRASP_ORDER.quality_power * facing * reachable, arm, grasp))
     known = like.grasp if like is not None else None
     if like is not None and known is not None:
         scored = [

@@ -15,18 +15,13 @@ from uncom_tiago_exec.grasping.place_poses import Destination
 from uncom_tiago_exec.planning.alternatives import BLOCKED, Alternatives, Record
 from uncom_tiago_exec.planning.arm_planner import TABLE_ONLY, ArmPlanner
 from uncom_tiago_exec.skills.grasp_ordering import failure_of, refusal, same_grasp
+from uncom_tiago_exec.skills.options import GRASP_SEARCH
 from uncom_tiago_exec.skills.reach import Reach
 from uncom_tiago_exec.skills.release import let_go
 from uncom_tiago_exec.skills.skill import PlanRequest
 from uncom_tiago_exec.types import FloatArray
 
 _LOG = logging.getLogger(__name__)
-_EFFORTS = (0, 2)  # a quick look at different grasps, then a thorough one at all of them
-_ENOUGH = 3  # grasps that work, to choose the quickest of
-_LIFTS: tuple[float, ...] = (0.12, 0.08, 0.05)
-_CLEAR: tuple[float, ...] = (0.12, 0.1, 0.08)  # of what is only to be held
-_HIGHER = (2.5, 2.1, 1.7)  # radii of wide dishes that are to be held: they hang down from their edge
-_WIDE = 0.06  # [m] radius of such a dish
 
 
 def search_grasps(ordered: Sequence[tuple[ArmPlanner, Grasp]], request: PlanRequest) -> list[Reach]:
@@ -38,9 +33,9 @@ def search_grasps(ordered: Sequence[tuple[ArmPlanner, Grasp]], request: PlanRequ
     deadline_s = time.thread_time() + request.config.planning_time_s
     found: list[Reach] = []
     failures: Counter[str] = Counter()
-    for effort in _EFFORTS:
+    for effort in GRASP_SEARCH.efforts:
         search = _search_with(effort, ordered, request, deadline_s)
-        found = list(islice(search, _ENOUGH))
+        found = list(islice(search, GRASP_SEARCH.enough))
         failures.update(failure_of(error) for _, error in search.failures)
         if found:
             break
@@ -106,7 +101,7 @@ def _lift_heights(arm: ArmPlanner, goal: Destination | None) -> tuple[float, ...
     """Return the heights to lift to [m], highest first; what is only to be held is lifted clear of everything."""
     rim = arm.scene.moved.rim
     if goal is not None:
-        return _LIFTS
-    if rim is not None and rim.radius > _WIDE:
-        return tuple(share * rim.radius for share in _HIGHER)
-    return _CLEAR
+        return GRASP_SEARCH.lift_heights_m
+    if rim is not None and rim.radius > GRASP_SEARCH.wide_dish_m:
+        return tuple(share * rim.radius for share in GRASP_SEARCH.dish_heights)
+    return GRASP_SEARCH.hold_heights_m

@@ -19,11 +19,10 @@ from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.plan import Plan, Step
 from uncom_tiago_exec.skills.grasp_ordering import in_order, same_grasp
 from uncom_tiago_exec.skills.grasp_search import search_grasps
+from uncom_tiago_exec.skills.options import GRASPING
 from uncom_tiago_exec.skills.reach import Reach
 from uncom_tiago_exec.skills.skill import PlanRequest, Skill
 from uncom_tiago_exec.types import ManipulationTask
-
-_WINDING = 1.9  # times the least that its motions could take, beyond which another grasp is looked at
 
 
 class GraspingSkill(Skill):
@@ -93,7 +92,7 @@ class GraspingSkill(Skill):
             plans = self._connected(request, reaches, error, strict=strict)
             best: tuple[float, Plan] | None = None
             for quality, plan in plans:
-                if plan.duration_s <= _WINDING * plan.shortest_s:
+                if plan.duration_s <= GRASPING.most_detour * plan.shortest_s:
                     return plan
                 cost = plan.duration_s / max(quality, 0.05)
                 if best is None or cost < best[0]:

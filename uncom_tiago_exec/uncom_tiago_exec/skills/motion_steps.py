@@ -11,11 +11,10 @@ from uncom_tiago_exec.collision.collision_checker import CollisionChecker
 from uncom_tiago_exec.planning.arm_planner import TABLE_ONLY, ArmPlanner
 from uncom_tiago_exec.planning.carry_planner import plan_upright_motion
 from uncom_tiago_exec.planning.plan import GripStep, MoveStep, Step
+from uncom_tiago_exec.skills.options import MOTION_STEPS
 from uncom_tiago_exec.skills.reach import Reach
 from uncom_tiago_exec.trajectory.rest_to_rest import shortest_time
 from uncom_tiago_exec.types import FloatArray, Stage
-
-_CONTACT = 0.05  # [rad, or m] joints that lag this far behind a slow motion are held up by something
 
 
 def taking_steps(reach: Reach) -> tuple[Step, ...]:
@@ -68,7 +67,7 @@ def placing_steps(reach: Reach, home: FloatArray, gap: float, *, strict: bool = 
 
 def _until_contact(step: MoveStep) -> MoveStep:
     """Let a motion end where something holds it up: what turned between the fingers rests earlier."""
-    return replace(step, trajectory=replace(step.trajectory, tolerance=_CONTACT))
+    return replace(step, trajectory=replace(step.trajectory, tolerance=MOTION_STEPS.contact_tolerance))
 
 
 def move(arm: ArmPlanner, stage: Stage, way: tuple[FloatArray, CollisionChecker, float], detail: str) -> MoveStep:

@@ -17,13 +17,12 @@ from uncom_tiago_exec.planning.plan import Plan, Step
 from uncom_tiago_exec.scene.scene_model import SceneModel
 from uncom_tiago_exec.skills.grasping_skill import GraspingSkill
 from uncom_tiago_exec.skills.motion_steps import placing_steps, taking_steps
+from uncom_tiago_exec.skills.options import PLACE
 from uncom_tiago_exec.skills.push import plan_push
 from uncom_tiago_exec.skills.reach import Reach
 from uncom_tiago_exec.skills.skill import PlanRequest
 from uncom_tiago_exec.types import ManipulationTask
 
-_POOR = 0.15  # quality of grasps below which a thing is rather pushed where it can be, and once one has failed
-_POOR_AGAIN = 0.35
 _INTO = (Primitive.PUT_IN,)
 _ONTO = (Primitive.PUT_ON, Primitive.STACK)
 
@@ -62,7 +61,7 @@ class PlaceSkill(GraspingSkill):
         if request.goal is None or request.goal.touches != TABLE_ONLY:
             return False
         best = max((grasp.quality for grasp in grasps), default=0.0)
-        return best <= (_POOR_AGAIN if request.avoid else _POOR)
+        return best <= (PLACE.poor_quality_again if request.avoid else PLACE.poor_quality)
 
     def steps(self, reach: Reach, task: ManipulationTask, *, strict: bool) -> tuple[Step, ...]:
         """Return the steps to the object, to its place, and home."""

@@ -17,12 +17,9 @@ from uncom_tiago_exec.planning.alternatives import Alternatives, Record
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.plan import GripStep, Plan, Step
 from uncom_tiago_exec.skills.motion_steps import end_at, move
+from uncom_tiago_exec.skills.options import POINT
 from uncom_tiago_exec.skills.skill import ObjectEnd, PlanRequest, Skill
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage
-
-_BEFORE = 0.07  # [m] between the finger tips and what they point at
-_PITCHES = np.radians([40.0, 55.0, 70.0, 25.0, 85.0])
-_YAWS = np.radians([0.0, 20.0, -20.0, 45.0, -45.0])
 
 
 class PointSkill(Skill):
@@ -73,13 +70,13 @@ def pointing(request: PlanRequest) -> tuple[ArmPlanner, FloatArray]:
 def _hands(arm: ArmPlanner, at: FloatArray) -> Iterator[FloatArray]:
     """Yield hand poses (4, 4) with the approach axis through a point, from where the arm comes first."""
     azimuth = float(np.arctan2(at[1] - ROBOT.shoulder_y_m * _sign(arm), at[0]))
-    for pitch in _PITCHES:
-        for yaw in azimuth + _YAWS:
+    for pitch in np.radians(POINT.pitches_deg):
+        for yaw in azimuth + np.radians(POINT.yaws_deg):
             pose = np.eye(4)
             pose[:3, 0] = [np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), -np.sin(pitch)]
             pose[:3, 1] = [-np.sin(yaw), np.cos(yaw), 0.0]
             pose[:3, 2] = np.cross(pose[:3, 0], pose[:3, 1])
-            pose[:3, 3] = at - (arm.group.gripper.tip + _BEFORE) * pose[:3, 0]
+            pose[:3, 3] = at - (arm.group.gripper.tip + POINT.before_m) * pose[:3, 0]
             yield pose
 
 

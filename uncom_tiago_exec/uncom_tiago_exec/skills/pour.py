@@ -28,16 +28,11 @@ from uncom_tiago_exec.scene.object_shape import ObjectShape
 from uncom_tiago_exec.scene.scene_model import SceneModel
 from uncom_tiago_exec.skills.grasping_skill import GraspingSkill
 from uncom_tiago_exec.skills.motion_steps import move, placing_steps, taking_steps
+from uncom_tiago_exec.skills.options import POUR
 from uncom_tiago_exec.skills.reach import Reach
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage
 
 _LOG = logging.getLogger(__name__)
-TILTS = np.radians([115.0, 100.0])  # the second where the first cannot be reached
-_TIME_S = 3.0  # to look for a way to tilt with one grasp
-_OVER = 0.05  # [m] of the mouth's lowest point over what it is poured into
-_STEP = np.radians(4.0)
-_TURNS = np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120, 150, -150, 180])
-_STEEP, _STEEPEST = -0.8, -0.9  # least z of an approach direction for pouring, and where there is no other
 
 
 class PourSkill(GraspingSkill):
@@ -57,11 +52,11 @@ class PourSkill(GraspingSkill):
 
     def serves(self, grasp: Grasp) -> bool:
         """Tell whether a grasp is across and not from straight above: what is held so cannot be tilted far."""
-        return grasp.family == "across" and float(grasp.approach[2]) > _STEEPEST
+        return grasp.family == "across" and float(grasp.approach[2]) > POUR.steepest
 
     def rounds(self, ordered: Sequence[tuple[ArmPlanner, Grasp]]) -> list[Sequence[tuple[ArmPlanner, Grasp]]]:
         """Return the less steep grasps, if there are any, and then all."""
-        flat = [(arm, grasp) for arm, grasp in ordered if grasp.approach[2] > _STEEP]
+        flat = [(arm, grasp) for arm, grasp in ordered if grasp.approach[2] > POUR.steep]
         return [flat, ordered] if flat else [ordered]
 
     def steps(self, reach: Reach, task: ManipulationTask, *, strict: bool) -> tuple[Step, ...]:
@@ -102,11 +97,11 @@ def motions(moved: ObjectShape, target: ObjectShape, ahead: FloatArray, turn: fl
     axis = np.array([-ahead[1], ahead[0], 0.0])
     upright_turn = Rotation.from_rotvec([0.0, 0.0, turn]).as_matrix()
     result = []
-    for angle in np.linspace(0.0, tilt, int(np.ceil(tilt / _STEP)) + 1):
+    for angle in np.linspace(0.0, tilt, int(np.ceil(tilt / np.radians(POUR.step_deg))) + 1):
         motion = np.eye(4)
         motion[:3, :3] = upright_turn @ Rotation.from_rotvec(angle * axis).as_matrix()
         lowest = float(((moved.points - edge) @ motion[2, :3]).min())
-        place[2] = target.top + _OVER - min(lowest, 0.0)
+        place[2] = target.top + POUR.over_m - min(lowest, 0.0)
         motion[:3, 3] = place - motion[:3, :3] @ edge
         result.append(motion)
     return np.array(result)
@@ -139,7 +134,7 @@ def find_pour(
         q, tilting = tilted
         return Pour(plan_upright_motion(arm, grasp, lifted, q, strict=True), tilting)
 
-    error, deadline_s = UnreachableError("place"), time.thread_time() + _TIME_S
+    error, deadline_s = UnreachableError("place"), time.thread_time() + POUR.time_s
     reachable = (InCollisionError, UnreachableError)
     begun = Alternatives(_ways(grasp), begin, error=error, recoverable=reachable, deadline_s=deadline_s)
     starts = (start for found in begun for start in found)
@@ -168,9 +163,9 @@ def pouring_steps(reach: Reach, pour: Pour) -> tuple[Step, ...]:
 def _ways(grasp: Grasp) -> Iterator[tuple[FloatArray, float, float]]:
     """Yield directions to tip the mouth to (2,), turns, tilts: rolling the hand about where it points comes first."""
     flat = grasp.approach[:2]
-    flat = grasp.pose[:2, 2] if np.linalg.norm(flat) < 0.3 else flat / np.linalg.norm(flat)
+    flat = grasp.pose[:2, 2] if np.linalg.norm(flat) < POUR.least_horizontal else flat / np.linalg.norm(flat)
     roll = np.array([-flat[1], flat[0]])
-    for tilt in TILTS:
-        for turn in _TURNS:
+    for tilt in np.radians(POUR.tilts_deg):
+        for turn in np.radians(POUR.turns_deg):
             for ahead in (roll, -roll):
                 yield ahead, float(turn), float(tilt)

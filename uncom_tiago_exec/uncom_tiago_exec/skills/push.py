@@ -25,20 +25,9 @@ from uncom_tiago_exec.scene.object_shape import thin
 from uncom_tiago_exec.scene.obstacles import on_table
 from uncom_tiago_exec.scene.scene_model import SceneModel
 from uncom_tiago_exec.skills.motion_steps import end_at, move
+from uncom_tiago_exec.skills.options import PUSH
 from uncom_tiago_exec.skills.skill import PlanRequest, Skill
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage
-
-_GAP = 0.07  # [m] between the fingers at most
-_SHARE = 0.55  # of the width of what is pushed: both fingers touch, and what is round stays between them
-FARTHEST = 0.45  # [m]
-_BEFORE = 0.025  # [m] free way before the fingers touch
-_ABOVE = 0.004  # [m] of the finger tips over the table
-_CLEAR = 0.012  # [m] between what is pushed and what it passes
-_TILTS = np.radians([0.0, 15.0, 30.0, 45.0, 60.0, -15.0])
-_ENOUGH = 2  # pushes of one arm that work
-_UP = (0.12, 0.08, 0.05)
-_BACK = (0.06, 0.03)  # [m] from what was pushed, which may have turned
-_OVER = 0.05  # [m] of the finger tips over what was pushed, before the arm turns away
 
 
 class PushSkill(Skill):
@@ -107,7 +96,7 @@ class Push:
 
 
 def _gap(scene: SceneModel) -> float:
-    return min(_GAP, _SHARE * float(scene.moved.size[1]))
+    return min(PUSH.most_gap_m, PUSH.gap_share * float(scene.moved.size[1]))
 
 
 def find_pushes(request: PlanRequest, goal: Destination) -> list[Push]:
@@ -120,16 +109,16 @@ def find_pushes(request: PlanRequest, goal: Destination) -> list[Push]:
     what = task.object_text or scene.moved.name
     way = goal.xy - scene.moved.middle[:2]
     length = float(np.linalg.norm(way))
-    if length > FARTHEST:
+    if length > PUSH.farthest_m:
         raise RefusedError(f"{length * 100:.0f} cm is too far to push the {what}")
-    if length < 0.01:
+    if length < PUSH.there_m:
         raise RefusedError(f"the {what} is already there")
     _check_way(scene, task, way, what)
     found: list[Push] = []
     error: ExecutionError = UnreachableError(f"the {what} is out of reach of both arms to push it there")
     for arm in request.arms.values():
         pushes = _pushes_of(arm, request, way, error)
-        found += islice(pushes, _ENOUGH)
+        found += islice(pushes, PUSH.enough)
         error = pushes.error
     if not found:
         if isinstance(error, InCollisionError):
@@ -164,7 +153,7 @@ def _check_way(scene: SceneModel, task: ManipulationTask, way: FloatArray, what:
     tree = cKDTree(low)
     for share in np.linspace(0.0, 1.0, max(2, int(np.linalg.norm(way) / 0.02))):
         distance, _ = tree.query(points[:, :2] + share * way)
-        if float(np.min(distance)) < _CLEAR and share > 0.0:
+        if float(np.min(distance)) < PUSH.clearance_m and share > 0.0:
             raise InCollisionError(f"something is in the way of the {what} over the table")
 
 
@@ -176,19 +165,19 @@ def _hands(
     side = np.array([-ahead[1], ahead[0]])
     local = moved.points[:, :2] - moved.middle[:2]
     lateral = np.abs(local @ side)
-    touched = local[np.abs(lateral - _gap(scene) / 2.0) < 0.01]
+    touched = local[np.abs(lateral - _gap(scene) / 2.0) < PUSH.finger_width_m]
     behind = float(-(touched @ ahead).min()) if len(touched) else float(moved.size[0]) / 2.0
-    for tilt in _TILTS:
+    for tilt in np.radians(PUSH.tilts_deg):
         for sign in (1.0, -1.0):
             pose = np.eye(4)
             pose[:3, 0] = [*(np.sin(tilt) * ahead), -np.cos(tilt)]
             pose[:3, 1] = [*(sign * side), 0.0]
             pose[:3, 2] = np.cross(pose[:3, 0], pose[:3, 1])
             reach = gripper.half_width * float(np.cos(tilt))  # of the pads ahead of their middle
-            tips = scene.table_z + _ABOVE + gripper.half_width * abs(float(np.sin(tilt)))
+            tips = scene.table_z + PUSH.above_m + gripper.half_width * abs(float(np.sin(tilt)))
             contact = moved.middle[:2] - ahead * (behind + reach)
             start, end = pose.copy(), pose.copy()
-            for hand, shift in ((start, -_BEFORE), (end, length)):
+            for hand, shift in ((start, -PUSH.before_m), (end, length)):
                 hand[:2, 3] = contact + ahead * shift
                 hand[2, 3] = tips
                 hand[:3, 3] -= gripper.tip * pose[:3, 0]
@@ -201,10 +190,10 @@ def _push(arm: ArmPlanner, start: FloatArray, end: FloatArray, way: FloatArray) 
     motion = np.eye(4)
     motion[:2, 3] = way
     behind = arm.reaching(gap)  # fingers only: a palm that touched what is tall would tip it over
-    touch = (end - start)[:3, 3] * (_BEFORE / np.linalg.norm((end - start)[:3, 3]))
+    touch = (end - start)[:3, 3] * (PUSH.before_m / np.linalg.norm((end - start)[:3, 3]))
 
     def push_from(q: FloatArray) -> Push:
-        down = arm.lift_height(behind, q, _UP)[::-1]
+        down = arm.lift_height(behind, q, PUSH.heights_m)[::-1]
         arm.straight(behind, q, touch)
         along = arm.straight(pushing, q, end[:3, 3] - start[:3, 3])
         return Push(arm, down, along, _out(arm, along[-1], way), motion, gap)
@@ -216,7 +205,10 @@ def _push(arm: ArmPlanner, start: FloatArray, end: FloatArray, way: FloatArray) 
 
 def _out(arm: ArmPlanner, q: FloatArray, way: FloatArray) -> FloatArray:
     """Return the way of the hand back from the thing, as far as there is room, and up over it."""
-    pushing, ups = arm.pushing(_gap(arm.scene)), (max(_UP[0], arm.scene.moved.height + _OVER), *_UP)
+    pushing, ups = (
+        arm.pushing(_gap(arm.scene)),
+        (max(PUSH.heights_m[0], arm.scene.moved.height + PUSH.over_m), *PUSH.heights_m),
+    )
     back = np.append(-way / np.linalg.norm(way), 0.0)
 
     def leave(distance: float) -> FloatArray:
@@ -226,7 +218,7 @@ def _out(arm: ArmPlanner, q: FloatArray, way: FloatArray) -> FloatArray:
         return np.vstack([away, arm.lift_height(pushing, away[-1], ups)[1:]])
 
     error = PlanningError("no way back from what was pushed")
-    return Alternatives((*_BACK, 0.0), leave, error=error, recoverable=BLOCKED).first()
+    return Alternatives((*PUSH.back_m, 0.0), leave, error=error, recoverable=BLOCKED).first()
 
 
 def pushing_steps(push: Push, *, turned: bool) -> tuple[Step, ...]:

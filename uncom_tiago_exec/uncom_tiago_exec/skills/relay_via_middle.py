@@ -12,15 +12,8 @@ from uncom_perception.types import Detection
 
 from uncom_tiago_exec.scene.object_shape import smallest_rectangle
 from uncom_tiago_exec.scene.obstacles import on_table, upright
+from uncom_tiago_exec.skills.options import RELAY
 from uncom_tiago_exec.types import FloatArray, ManipulationTask
-
-_X = tuple(0.46 + 0.03 * i for i in range(9))  # [m] of places both arms reach
-_Y = tuple(0.03 * i for i in range(-6, 7))
-_CLEAR = 0.055  # [m] from other things: a finger, and what the camera gets wrong
-_LEAST = 0.03  # [m] from other things, where nothing freer is as near
-_DEARER = 5.0  # [m] of way that a metre of lacking clearance is worth
-_APART = 0.07  # [m] between two places that are tried
-_MOST = 4
 
 
 def middle_places(task: ManipulationTask) -> list[FloatArray]:
@@ -41,17 +34,20 @@ def middle_places(task: ManipulationTask) -> list[FloatArray]:
 
     def cost(place: FloatArray) -> float:
         way = float(np.linalg.norm(place - middle) + np.linalg.norm(place - goal))
-        return way + abs(float(place[1])) + _DEARER * max(0.0, _CLEAR - room(place))
+        return way + abs(float(place[1])) + RELAY.clearance_weight * max(0.0, RELAY.clearance_m - room(place))
 
     half = 0.5 * (middle + goal)
-    places = sorted((np.array([x, y]) for x in _X for y in _Y), key=cost)
+    places = sorted((np.array([x, y]) for x in RELAY.x_m for y in RELAY.y_m), key=cost)
     found: list[FloatArray] = []
-    for place in [*([half] if room(half) >= _CLEAR else []), *places]:
-        if len(found) >= _MOST:
+    for place in [*([half] if room(half) >= RELAY.clearance_m else []), *places]:
+        if len(found) >= RELAY.most_places:
             break
-        if not on_table(table, place, radius + 0.02) or any(np.linalg.norm(place - p) < _APART for p in found):
+        if not on_table(table, place, radius + 0.02) or any(np.linalg.norm(place - p) < RELAY.apart_m for p in found):
             continue
-        if np.linalg.norm(place - middle) < 0.05 or np.linalg.norm(place - goal) < 0.05 or room(place) < _LEAST:
+        if (
+            min(np.linalg.norm(place - middle), np.linalg.norm(place - goal)) < RELAY.least_way_m
+            or room(place) < RELAY.least_clearance_m
+        ):
             continue
         found.append(place)
     return found

@@ -12,10 +12,8 @@ from uncom_tiago_exec.grasping.place_poses import Destination, Place, place_cand
 from uncom_tiago_exec.planning.alternatives import Alternatives
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.carry_planner import straight_transfer
+from uncom_tiago_exec.skills.options import RELEASE
 from uncom_tiago_exec.skills.reach import Reach
-
-_PLACES = 3  # ways to let go that work, to choose the nearest of
-_LOWERS = (0.1, 0.07, 0.04)
 
 
 def let_go(arm: ArmPlanner, grasp: Grasp, goal: Destination, taken: Reach, effort: int) -> Reach:
@@ -25,7 +23,7 @@ def let_go(arm: ArmPlanner, grasp: Grasp, goal: Destination, taken: Reach, effor
 
     def reach(place: Place) -> Reach:
         q = arm.solver.solutions(place.hand, [taken.lift[-1], arm.start], carrying, restarts=effort)[0]
-        lower = arm.lift_height(carrying, q, _LOWERS)[::-1]
+        lower = arm.lift_height(carrying, q, RELEASE.heights_m)[::-1]
         over, lower = straight_transfer(arm, grasp, taken.lift[-1], carrying, lower)
         return replace(taken, place=place, lower=lower, over=over, release_gap=gap)
 
@@ -46,7 +44,7 @@ def _next_few(reached: Iterator[Reach]) -> list[Reach]:
     few: list[Reach] = []
     for reach in reached:
         few.append(reach)
-        if len(few) == _PLACES or reach.over is not None:
+        if len(few) == RELEASE.enough or reach.over is not None:
             break
     return few
 
