@@ -15,9 +15,8 @@ from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.carry_planner import plan_upright_motion
 from uncom_tiago_exec.planning.plan import Step
 from uncom_tiago_exec.skills.grasping_skill import GraspingSkill
-from uncom_tiago_exec.skills.motion_steps import move, taking_steps
+from uncom_tiago_exec.skills.motion_steps import Reach, move, taking_steps
 from uncom_tiago_exec.skills.options import GIVE
-from uncom_tiago_exec.skills.reach import Reach
 from uncom_tiago_exec.skills.skill import ObjectEnd
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage
 

@@ -1,25 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The search for grasps that work from start to end."""
+"""The search for grasps that work from start to end: in which order, and how it is said why none works."""
 
 from __future__ import annotations
 
 import logging
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 
-from uncom_tiago_exec.exceptions import ExecutionError, PlanningError, UnreachableError
+import numpy as np
+from uncom_common.options import ROBOT
+
+from uncom_tiago_exec.exceptions import (
+    ExecutionError,
+    InCollisionError,
+    PlanningError,
+    RefusedError,
+    UnreachableError,
+)
 from uncom_tiago_exec.grasping.grasps import Grasp
 from uncom_tiago_exec.grasping.place_poses import Destination
 from uncom_tiago_exec.planning.alternatives import BLOCKED, Alternatives, Record
 from uncom_tiago_exec.planning.arm_planner import TABLE_ONLY, ArmPlanner
-from uncom_tiago_exec.skills.grasp_ordering import failure_of, refusal, same_grasp
-from uncom_tiago_exec.skills.options import GRASP_SEARCH
-from uncom_tiago_exec.skills.reach import Reach
+from uncom_tiago_exec.planning.plan import Plan
+from uncom_tiago_exec.skills.motion_steps import Reach
+from uncom_tiago_exec.skills.options import GRASP_ORDER, GRASP_SEARCH
 from uncom_tiago_exec.skills.release import let_go
 from uncom_tiago_exec.skills.skill import PlanRequest
-from uncom_tiago_exec.types import FloatArray
+from uncom_tiago_exec.types import FloatArray, ManipulationTask, Side
 
 _LOG = logging.getLogger(__name__)
 
@@ -105,3 +114,70 @@ def _lift_heights(arm: ArmPlanner, goal: Destination | None) -> tuple[float, ...
     if rim is not None and rim.radius > GRASP_SEARCH.wide_dish_m:
         return tuple(share * rim.radius for share in GRASP_SEARCH.dish_heights)
     return GRASP_SEARCH.hold_heights_m
+
+
+def same_grasp(a: FloatArray, b: FloatArray, slack: float = 1.0) -> bool:
+    """Tell whether two hand poses (4, 4) are nearer than `slack` times 1.5 cm and 20 degrees."""
+    turn = np.arccos(np.clip((np.trace(a[:3, :3].T @ b[:3, :3]) - 1.0) / 2.0, -1.0, 1.0))
+    return bool(
+        np.linalg.norm(a[:3, 3] - b[:3, 3]) < GRASP_ORDER.alike_m * slack and turn < GRASP_ORDER.alike_rad * slack
+    )
+
+
+def in_order(
+    arms: Mapping[Side, ArmPlanner], grasps: Sequence[Grasp], goal: Destination | None, like: Plan | None = None
+) -> list[tuple[ArmPlanner, Grasp]]:
+    """Sort pairs of arm and grasp by worth: quality, arm on the right side, hand not turned back to the robot.
+
+    Grasps like that of an earlier plan, made for nearly the same scene, come first.
+    """
+    scored = []
+    for side, arm in arms.items():
+        sign = 1.0 if side == "left" else -1.0
+        shoulder = np.array([-0.03, sign * ROBOT.shoulder_y_m])
+        for grasp in grasps:
+            at = grasp.pose[:2, 3]
+            far = at if goal is None else max((at, goal.xy), key=lambda p: -sign * float(p[1]))
+            crossing = max(0.0, -sign * float(far[1]))
+            yaw = np.arctan2(-grasp.pose[0, 1], grasp.pose[1, 1])
+            azimuth = np.arctan2(*(at - shoulder)[::-1])
+            facing = 0.6 + 0.4 * float(np.cos(yaw - azimuth))
+            far_by = max(0.0, float(np.linalg.norm(at - shoulder)) - GRASP_ORDER.far_m)
+            steep = far_by * max(0.0, -float(grasp.approach[2]) - GRASP_ORDER.steep)
+            reachable = np.exp(-crossing / GRASP_ORDER.crossing_m) * np.exp(-GRASP_ORDER.steep_weight * steep)
+            scored.append((grasp.quality**GRASP_ORDER.quality_power * facing * reachable, arm, grasp))
+    known = like.grasp if like is not None else None
+    if like is not None and known is not None:
+        scored = [
+            (worth + (arm.side == like.side and same_grasp(grasp.pose, known.pose, 2.0)), arm, grasp)
+            for worth, arm, grasp in scored
+        ]
+    scored.sort(key=lambda item: -item[0])
+    return [(arm, grasp) for _, arm, grasp in scored]
+
+
+def failure_of(error: ExecutionError) -> str:
+    """Return the kind of an error, to count."""
+    if isinstance(error, UnreachableError):
+        return "reach_place" if str(error) == "place" else "reach_object"
+    if isinstance(error, InCollisionError):
+        names = sorted({name for pair in error.contacts for name in pair if not name.startswith(("arm", "wrist"))})
+        return "blocked:" + ",".join(n for n in names if "link" not in n)
+    return "straight"
+
+
+def refusal(failures: Counter[str], task: ManipulationTask) -> RefusedError:
+    """Say in words what most grasps failed by."""
+    what = task.object_text or task.object.label or "object"
+    if not failures:
+        return PlanningError(f"I found no way to take the {what} in time")
+    if failures["reach_place"] and failures["reach_object"] < sum(failures.values()):
+        where = f"put it at the {task.target_text}" if task.target_text else "put it there"
+        return UnreachableError(f"I can take the {what}, but with the same arm I cannot reach far enough to {where}")
+    worst = failures.most_common(1)[0][0]
+    if worst == "reach_object":
+        return UnreachableError(f"the {what} is out of reach of both arms")
+    if worst.startswith("blocked:"):
+        names = worst.removeprefix("blocked:").replace("object", f"the {what}") or "something"
+        return InCollisionError(f"I cannot take or place the {what} without touching something ({names})")
+    return PlanningError(f"I cannot move straight to the {what} and away again")

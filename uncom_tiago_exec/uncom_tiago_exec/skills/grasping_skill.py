@@ -17,10 +17,9 @@ from uncom_tiago_exec.grasping.grasps import Grasp, grasp_candidates
 from uncom_tiago_exec.planning.alternatives import Alternatives, Record
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.plan import Plan, Step
-from uncom_tiago_exec.skills.grasp_ordering import in_order, same_grasp
-from uncom_tiago_exec.skills.grasp_search import search_grasps
+from uncom_tiago_exec.skills.grasp_search import in_order, same_grasp, search_grasps
+from uncom_tiago_exec.skills.motion_steps import Reach
 from uncom_tiago_exec.skills.options import GRASPING
-from uncom_tiago_exec.skills.reach import Reach
 from uncom_tiago_exec.skills.skill import PlanRequest, Skill
 from uncom_tiago_exec.types import ManipulationTask
 

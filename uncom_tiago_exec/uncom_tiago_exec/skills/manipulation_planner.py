@@ -17,8 +17,7 @@ from uncom_tiago_exec.planning.plan import Plan
 from uncom_tiago_exec.robot.robot_model import RobotModel
 from uncom_tiago_exec.scene.occlusion import shadows_of
 from uncom_tiago_exec.scene.scene_model import SceneModel, build_scene, replace_moved
-from uncom_tiago_exec.skills.motion_steps import placing_steps
-from uncom_tiago_exec.skills.reach import Reach
+from uncom_tiago_exec.skills.motion_steps import Reach, placing_steps
 from uncom_tiago_exec.skills.registry import SKILLS, SkillRegistry
 from uncom_tiago_exec.skills.release import let_go
 from uncom_tiago_exec.skills.skill import PlanRequest

@@ -9,8 +9,7 @@ from uncom_common.primitive import Primitive
 
 from uncom_tiago_exec.planning.plan import Step
 from uncom_tiago_exec.skills.grasping_skill import GraspingSkill
-from uncom_tiago_exec.skills.motion_steps import taking_steps
-from uncom_tiago_exec.skills.reach import Reach
+from uncom_tiago_exec.skills.motion_steps import Reach, taking_steps
 from uncom_tiago_exec.skills.skill import ObjectEnd
 from uncom_tiago_exec.types import ManipulationTask
 

@@ -16,10 +16,9 @@ from uncom_tiago_exec.planning.arm_planner import TABLE_ONLY
 from uncom_tiago_exec.planning.plan import Plan, Step
 from uncom_tiago_exec.scene.scene_model import SceneModel
 from uncom_tiago_exec.skills.grasping_skill import GraspingSkill
-from uncom_tiago_exec.skills.motion_steps import placing_steps, taking_steps
+from uncom_tiago_exec.skills.motion_steps import Reach, placing_steps, taking_steps
 from uncom_tiago_exec.skills.options import PLACE
 from uncom_tiago_exec.skills.push import plan_push
-from uncom_tiago_exec.skills.reach import Reach
 from uncom_tiago_exec.skills.skill import PlanRequest
 from uncom_tiago_exec.types import ManipulationTask
 

@@ -27,9 +27,8 @@ from uncom_tiago_exec.planning.plan import Plan, Step
 from uncom_tiago_exec.scene.object_shape import ObjectShape
 from uncom_tiago_exec.scene.scene_model import SceneModel
 from uncom_tiago_exec.skills.grasping_skill import GraspingSkill
-from uncom_tiago_exec.skills.motion_steps import move, placing_steps, taking_steps
+from uncom_tiago_exec.skills.motion_steps import Reach, move, placing_steps, taking_steps
 from uncom_tiago_exec.skills.options import POUR
-from uncom_tiago_exec.skills.reach import Reach
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage
 
 _LOG = logging.getLogger(__name__)

@@ -12,8 +12,8 @@ from uncom_tiago_exec.grasping.place_poses import Destination, Place, place_cand
 from uncom_tiago_exec.planning.alternatives import Alternatives
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.carry_planner import straight_transfer
+from uncom_tiago_exec.skills.motion_steps import Reach
 from uncom_tiago_exec.skills.options import RELEASE
-from uncom_tiago_exec.skills.reach import Reach
 
 
 def let_go(arm: ArmPlanner, grasp: Grasp, goal: Destination, taken: Reach, effort: int) -> Reach:
