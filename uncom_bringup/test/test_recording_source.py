@@ -40,8 +40,8 @@ class OneMug(ObjectDetector):
     def name(self):
         return "made"
 
-    def detect(self, image_rgb, depth, camera, camera_in_base, phrases, hands=None, stamp_s=0.0):
-        self.calls.append((stamp_s, tuple(phrases), hands, depth is not None))
+    def detect(self, frame, phrases, hands=None):
+        self.calls.append((frame.stamp_s, tuple(phrases), hands, frame.depth is not None))
         rng = np.random.default_rng(0)
         pose = np.eye(4)
         pose[:3, 3] = PLACE
@@ -50,7 +50,7 @@ class OneMug(ObjectDetector):
         mask[20:30, 20:30] = True
         body = Geometry(PLACE, pose, np.full(3, 0.08), cloud.astype(np.float32))
         mug = Detection("d0", "mug", 0.9, Box(20, 20, 30, 30), mask, body, phrase_scores=(0.95,) * len(phrases))
-        return Scene(stamp_s, "", (mug,), None, (0.05,) * len(phrases), "made")
+        return Scene(frame.stamp_s, frame.frame_id, (mug,), None, (0.05,) * len(phrases), "made")
 
 
 @dataclass

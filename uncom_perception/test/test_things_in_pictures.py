@@ -5,6 +5,7 @@ import cv2
 import numpy as np
 import pytest
 from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
+from uncom_perception.rgbd_frame import RgbdFrame
 
 WOOD, WALL, FLOOR = (178, 134, 92), (120, 124, 130), (70, 66, 64)
 
@@ -23,7 +24,7 @@ def room(seed: int = 0) -> np.ndarray:
 
 def found(image: np.ndarray) -> list[np.ndarray]:
     """Return the masks of what is seen in a picture."""
-    scene = TabletopDetector().detect(image, None, None, None, ["objects"])
+    scene = TabletopDetector().detect(RgbdFrame(image), ["objects"])
     return [d.mask for d in scene.detections]
 
 

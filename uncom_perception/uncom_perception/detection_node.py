@@ -41,7 +41,8 @@ from uncom_perception.exceptions import InvalidImageError
 from uncom_perception.frames import RawBuffer, stamp_of
 from uncom_perception.objects.attributes.lexicon import load_lexicon
 from uncom_perception.objects.detectors.make_detector import detector_of
-from uncom_perception.objects.scene_detector import CameraImage, OutsidePoses, SceneDetector
+from uncom_perception.objects.scene_detector import OutsidePoses, SceneDetector
+from uncom_perception.rgbd_frame import RgbdFrame
 from uncom_perception.segmentation.make_segmenter import segmenter_of
 from uncom_perception.types import Box
 
@@ -102,7 +103,7 @@ class DetectionNode(ConfiguredNode[DetectionConfig]):
             hands = hands_from_msg(request.hands)
             stamp = seconds_from_msg(request.image.header.stamp)
             camera_frame = request.image.header.frame_id
-            view = CameraImage(stamp, image, depth, camera, pose, camera_frame, frame)
+            view = RgbdFrame(image, depth, camera, pose, camera_frame, frame, stamp)
             outside = self._outside_poses(stamp)
             scene = self._detector.detect(view, list(request.phrases), hands, outside)
         except UncomError as error:

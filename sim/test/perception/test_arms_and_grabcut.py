@@ -8,6 +8,7 @@ import pytest
 from perception_scenes import CAMERA, POSE, overlap, plain_table
 from uncom_perception.exceptions import InvalidImageError
 from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
+from uncom_perception.rgbd_frame import RgbdFrame
 from uncom_perception.segmentation.cluster_segmenter import ClusterSegmenter
 from uncom_perception.types import Box
 
@@ -29,7 +30,7 @@ def test_an_arm_that_reaches_over_the_table_is_no_thing():
         near, away = np.minimum(a, b).max(axis=-1), np.maximum(a, b).min(axis=-1)
         arm = (near < away) & (near > 0) & (near < depth)
         depth[arm], rgb[arm] = near[arm].astype(np.float32), (90, 90, 95)
-        scene = TabletopDetector().detect(rgb, depth, CAMERA, POSE, [])
+        scene = TabletopDetector().detect(RgbdFrame(rgb, depth, CAMERA, POSE), [])
         assert arm.sum() > 3000
         assert len(scene.detections) == 1
         assert overlap(scene.detections[0].mask, truth) > 0.8

@@ -11,6 +11,7 @@ from uncom_perception.objects.detectors.tabletop_detector import TabletopDetecto
 from uncom_perception.objects.segments.patch_merging import borders, evidence, merged
 from uncom_perception.objects.segments.surface_patches import patches_of
 from uncom_perception.objects.table.flying_pixels import without_flying
+from uncom_perception.rgbd_frame import RgbdFrame
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +49,7 @@ def test_a_printed_box_is_one_thing_whatever_is_printed_on_it(detector, seed, no
     """Patches of colour on a noisy front are no things."""
     rgb, depth = plain_table(blocks=[(0.65, 0.05, 0.08, 0.19, 0.24, (9, 8, 7))], noise_m=0.0)
     rgb, truth = printed(rgb, (9, 8, 7), seed)
-    scene = detector.detect(rgb, noisy(depth, seed, noise_m), CAMERA, POSE, [])
+    scene = detector.detect(RgbdFrame(rgb, noisy(depth, seed, noise_m), CAMERA, POSE), [])
     assert len(scene.detections) == 1
     assert overlap(scene.detections[0].mask, truth) > 0.85
 
@@ -68,7 +69,7 @@ def test_a_box_on_a_box_before_a_box_are_three(detector, seed, noise_m):
     for i, colour in enumerate(colours):
         rgb, truth = printed(rgb, colour, 10 * seed + i)
         truths.append(truth)
-    scene = detector.detect(rgb, noisy(depth, seed, noise_m), CAMERA, POSE, [])
+    scene = detector.detect(RgbdFrame(rgb, noisy(depth, seed, noise_m), CAMERA, POSE), [])
     assert len(scene.detections) == 3
     for truth in truths:
         assert max(overlap(d.mask, truth) for d in scene.detections) > 0.6
@@ -82,7 +83,7 @@ def test_a_wall_behind_the_table_is_no_thing_nor_part_of_one(detector, gap, pitc
     wall = (1.0 + gap, 0.0, 0.1, 3.0, 1.5, (200, 200, 195))
     blocks = [wall, (0.9, 0.2, 0.08, 0.08, 0.2, (190, 190, 190)), (0.88, -0.2, 0.1, 0.1, 0.25, (30, 60, 200))]
     rgb, depth = plain_table(blocks=blocks, pose=pose, noise_m=0.002, seed=9100)
-    scene = detector.detect(rgb, depth, CAMERA, pose, [])
+    scene = detector.detect(RgbdFrame(rgb, depth, CAMERA, pose), [])
     assert len(scene.detections) == 2
     for *_, colour in blocks[1:]:
         assert max(overlap(d.mask, np.all(rgb == colour, axis=2)) for d in scene.detections) > 0.85
@@ -92,7 +93,7 @@ def test_a_row_of_boxes_along_the_edge_stays(detector):
     """It is as long as a wall, but low, or has table behind it."""
     for x, height in ((0.9, 0.1), (0.75, 0.2)):
         rgb, depth = plain_table(blocks=[(x, 0.0, 0.08, 0.8, height, (200, 30, 30))], noise_m=0.002, seed=9101)
-        assert len(detector.detect(rgb, depth, CAMERA, POSE, []).detections) == 1
+        assert len(detector.detect(RgbdFrame(rgb, depth, CAMERA, POSE), []).detections) == 1
 
 
 @pytest.mark.parametrize("width", [5, 9])
@@ -100,7 +101,7 @@ def test_smeared_edges_make_no_thing_much_longer(detector, width):
     """What hangs in the air behind a thing is not measured with it."""
     sides = (0.07, 0.07, 0.12)
     rgb, depth = plain_table(blocks=[(0.62, 0.1, *sides, (200, 30, 30))], noise_m=0.0005)
-    scene = detector.detect(rgb, smeared(depth, width), CAMERA, POSE, [])
+    scene = detector.detect(RgbdFrame(rgb, smeared(depth, width), CAMERA, POSE), [])
     size = max((d.geometry.size for d in scene.detections), key=lambda s: float(s[2]))
     assert float(size[0]) < sides[0] + 0.035
     assert float(size[2]) == pytest.approx(sides[2], abs=0.02)
@@ -140,7 +141,7 @@ def test_without_depth_uneven_light_and_the_tables_edge_make_no_things(detector)
     truth = np.all(rgb == (200, 30, 30), axis=2)
     ramp = np.linspace(0.6, 1.25, rgb.shape[1])[:, None] * np.array([1.0, 1.0, 0.9])
     lit = np.clip(rgb * ramp[None], 0, 255).astype(np.uint8)
-    scene = detector.detect(lit, None, None, None, ["objects"])
+    scene = detector.detect(RgbdFrame(lit), ["objects"])
     assert len(scene.detections) == 1
     assert overlap(scene.detections[0].mask, truth) > 0.8
     assert "without depth" in scene.backend

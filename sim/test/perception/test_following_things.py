@@ -16,6 +16,7 @@ from uncom_perception.objects.attributes.lexicon import load_lexicon
 from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
 from uncom_perception.objects.tracking.external_models import with_models
 from uncom_perception.objects.tracking.object_tracker import ObjectTracker
+from uncom_perception.rgbd_frame import RgbdFrame
 from uncom_perception.types import ObjectModel
 from uncom_sim.pose_estimator.pose_estimator import mesh_of
 
@@ -32,7 +33,8 @@ def detector():
 def seen(detector, tracker, blocks, stamp_s, depth=None):
     rgb, z = plain_table(blocks=blocks, seed=int(stamp_s * 10))
     z = z if depth is None else depth(z)
-    return tracker.update(detector.detect(rgb, z, CAMERA, POSE, [], None, stamp_s), z, CAMERA, POSE)
+    frame = RgbdFrame(rgb, z, CAMERA, POSE, stamp_s=stamp_s)
+    return tracker.update(detector.detect(frame, []), frame)
 
 
 def tracks(scene):
@@ -115,7 +117,7 @@ def model(label, place, score=0.9, mesh=True):
 def test_poses_from_outside_go_to_the_things_they_overlap(detector, mesh):
     """Each model finds its block within 1.5 cm of error; one beside the table belongs to nothing."""
     rgb, depth = plain_table(blocks=(RED, BLUE))
-    scene = detector.detect(rgb, depth, CAMERA, POSE, [])
+    scene = detector.detect(RgbdFrame(rgb, depth, CAMERA, POSE), [])
     rng = np.random.default_rng(3)
     models = [
         model("blue thing", np.array([0.65, -0.2, 0.75]) + rng.normal(0, 0.005, 3), mesh=mesh),
@@ -145,7 +147,7 @@ def test_a_mesh_from_outside_completes_what_is_not_seen(detector, known, seed):
     rng = np.random.default_rng(9100 + seed)
     sides = np.array([0.08, 0.08, 0.1])
     rgb, depth = plain_table(blocks=(RED,))
-    scene = detector.detect(rgb, depth, CAMERA, POSE if known else None, [])
+    scene = detector.detect(RgbdFrame(rgb, depth, CAMERA, POSE if known else None), [])
     truth = np.array([0.6, 0.2, 0.77])
     pose = np.eye(4)
     pose[:3, 3] = truth + rng.normal(0.0, 0.006, 3)
@@ -164,7 +166,7 @@ def test_a_mesh_from_outside_completes_what_is_not_seen(detector, known, seed):
 def test_a_mesh_that_does_not_fit_what_is_seen_changes_nothing(detector):
     """A box twice as large, or without triangles, leaves the thing as it is seen."""
     rgb, depth = plain_table(blocks=(RED,))
-    scene = detector.detect(rgb, depth, CAMERA, POSE, [])
+    scene = detector.detect(RgbdFrame(rgb, depth, CAMERA, POSE), [])
     pose = np.eye(4)
     pose[:3, 3] = (0.6, 0.2, 0.77)
     corners, triangles = box_mesh(np.array([0.08, 0.08, 0.1]))
@@ -180,7 +182,7 @@ def seen_cup(detector):
     picture = takes(scene, 4)[0]
     pose = np.eye(4)
     pose[:3, 3] = picture.places["a"]
-    return detector.detect(picture.rgb, picture.depth, CAMERA, POSE, []), pose
+    return detector.detect(RgbdFrame(picture.rgb, picture.depth, CAMERA, POSE), []), pose
 
 
 @pytest.mark.parametrize("inside_out", [False, True])
@@ -211,7 +213,7 @@ def test_of_two_models_in_one_place_the_name_decides(detector):
     """A banana by its pixels takes the model that is called a banana."""
     scene = {"objects": [{"id": "a", "kind": "banana", "x": 0.62, "y": 0.0}], "say": "take this", "point_object": "a"}
     picture = takes(scene, 2)[0]
-    seen_scene = detector.detect(picture.rgb, picture.depth, CAMERA, POSE, [])
+    seen_scene = detector.detect(RgbdFrame(picture.rgb, picture.depth, CAMERA, POSE), [])
     place = seen_scene.detections[0].geometry.centroid
     models = [model("spoon", place), model("Bananas", place)]
     found = with_models(seen_scene, models, load_lexicon().same)
@@ -222,7 +224,7 @@ def test_of_two_models_in_one_place_the_name_decides(detector):
 def test_models_and_tracks_survive_the_way_through_messages(detector):
     """Pose, mesh, label and track come back as they were."""
     rgb, depth = plain_table(blocks=(RED,))
-    thing = detector.detect(rgb, depth, CAMERA, POSE, []).detections[0]
+    thing = detector.detect(RgbdFrame(rgb, depth, CAMERA, POSE), []).detections[0]
     made = replace(thing, track="track_7", model=model("mug", (0.1, 0.2, 0.3)))
     back = detection_from_msg(detection_to_msg(made))
     assert back.track == "track_7"

@@ -18,6 +18,7 @@ from uncom_perception.exceptions import InvalidImageError, UnknownBackendError
 from uncom_perception.objects.detectors.grounding_dino_detector import GroundingOptions, _merged, load_grounding_dino
 from uncom_perception.objects.detectors.make_detector import make_detector
 from uncom_perception.objects.detectors.queries import query_of
+from uncom_perception.rgbd_frame import RgbdFrame
 from uncom_perception.segmentation.cluster_segmenter import ClusterSegmenter
 from uncom_perception.segmentation.make_segmenter import make_segmenter
 from uncom_perception.types import Box, Hand, HandsFrame
@@ -92,7 +93,7 @@ def test_grounding_dino_answers_in_the_form_of_a_scene(detector, picture):
     """Probabilities of each phrase and of none sum to 1; geometry is in the base frame."""
     rgb, depth = picture
     phrases = ["the red mug", "table", "bowl next to the mug"]
-    scene = detector.detect(rgb, depth, CAMERA, POSE, phrases, None, 3.0)
+    scene = detector.detect(RgbdFrame(rgb, depth, CAMERA, POSE, stamp_s=3.0), phrases)
     assert scene.stamp_s == 3.0
     assert scene.detections
     for i, none in enumerate(scene.phrase_none):
@@ -125,17 +126,17 @@ def test_all_phrases_of_one_request_go_through_the_model_together(detector, pict
     sizes, model = [], detector._model
     monkeypatch.setattr(detector, "_model", lambda **inputs: sizes.append(len(inputs["input_ids"])) or model(**inputs))
     phrases = ["the red mug", "table", "bowl next to the mug", "red mug on the left", "object"]
-    scene = detector.detect(picture[0], None, None, None, phrases)
+    scene = detector.detect(RgbdFrame(picture[0]), phrases)
     assert sizes == [4]  # table. red mug. bowl. objects.
     assert all(d.phrase_scores[0] == d.phrase_scores[3] for d in scene.detections)
     monkeypatch.setattr(detector, "_options", GroundingOptions(box_threshold=0.001, batch=3))
-    detector.detect(picture[0], None, None, None, phrases)
+    detector.detect(RgbdFrame(picture[0]), phrases)
     assert sizes == [4, 3, 1]
 
 
 def test_a_plain_picture_needs_no_depth(detector, picture):
     """Without depth there is no geometry, and the table is the box of its own query."""
-    scene = detector.detect(picture[0], None, None, None, [])
+    scene = detector.detect(RgbdFrame(picture[0]), [])
     assert all(d.geometry is None for d in scene.detections)
     assert scene.phrase_none == ()
 
@@ -151,12 +152,12 @@ def test_boxes_that_lie_on_one_another_are_one_thing():
 
 def test_the_hand_that_points_is_no_object(detector, picture):
     """A box that a hand fills is left out."""
-    scene = detector.detect(picture[0], None, None, None, ["mug"])
+    scene = detector.detect(RgbdFrame(picture[0]), ["mug"])
     box = scene.detections[0].box
     every = detector.boxes([picture[0]], ["mug."])[0][0][0]
     marks = np.column_stack([np.linspace(every[0], every[2], 21), np.linspace(every[1], every[3], 21), np.zeros(21)])
     hands = HandsFrame(0.0, "", 640, 480, (Hand("right", 1.0, marks),))
-    without = detector.detect(picture[0], None, None, None, ["mug"], hands)
+    without = detector.detect(RgbdFrame(picture[0]), ["mug"], hands)
     assert len(without.detections) < len(scene.detections)
     assert isinstance(box, Box)
 

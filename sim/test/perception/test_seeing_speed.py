@@ -15,6 +15,7 @@ from perception_scenes import CAMERA, POSE, takes
 from uncom_perception.hands.gesture_reader import make_reader
 from uncom_perception.hands.mediapipe_hands import MediaPipeHands
 from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
+from uncom_perception.rgbd_frame import RgbdFrame
 
 KINDS = ("mug", "bowl", "apple", "can", "pear", "lemon", "banana", "cup", "box", "bottle", "spoon", "plate")
 WORDS = {"say": "take this mug and put it next to this apple", "point_object": "t0", "point_target": "t2"}
@@ -51,11 +52,12 @@ def test_twelve_things_are_found_in_the_time_of_a_few_plain_hand_calls(full_tabl
     """Detection with three phrases; it took five times a plain call before surfaces were split together."""
     empty, pointed = full_table
     detector = TabletopDetector()
-    scene = detector.detect(empty.rgb, empty.depth, CAMERA, POSE, [])
+    scene = detector.detect(RgbdFrame(empty.rgb, empty.depth, CAMERA, POSE), [])
     assert len(scene.detections) >= len(KINDS) - 1
     phrases = ["lemon", "red bowl", "objects"]
     detect, hands = median_ms(
-        lambda _: detector.detect(empty.rgb, empty.depth, CAMERA, POSE, phrases), lambda _: plain.detect(pointed.rgb)
+        lambda _: detector.detect(RgbdFrame(empty.rgb, empty.depth, CAMERA, POSE), phrases),
+        lambda _: plain.detect(pointed.rgb),
     )
     assert detect < max(80.0, 4.2 * hands)
 
@@ -66,8 +68,8 @@ def test_a_phrase_among_twelve_things_takes_little(full_table, plain):
     detector = TabletopDetector()
     words = [f"the biggest {colour} {kind}" for colour in ("red", "green") for kind in KINDS[:10]]
     few, many, hands = median_ms(
-        lambda _: detector.detect(empty.rgb, empty.depth, CAMERA, POSE, []),
-        lambda _: detector.detect(empty.rgb, empty.depth, CAMERA, POSE, words),
+        lambda _: detector.detect(RgbdFrame(empty.rgb, empty.depth, CAMERA, POSE), []),
+        lambda _: detector.detect(RgbdFrame(empty.rgb, empty.depth, CAMERA, POSE), words),
         lambda _: plain.detect(pointed.rgb),
     )
     assert many - few < max(20 * 2.0, 2.0 * hands)

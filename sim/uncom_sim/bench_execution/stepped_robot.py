@@ -13,6 +13,7 @@ from uncom_common.transforms import invert
 from uncom_perception.objects.attributes.lexicon import load_lexicon
 from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
 from uncom_perception.objects.tracking.external_models import with_models
+from uncom_perception.rgbd_frame import RgbdFrame
 from uncom_perception.types import FloatArray, ObjectModel, Scene
 from uncom_tiago_exec.exceptions import MotionError, StoppedError
 from uncom_tiago_exec.execution.base_driver import drive_velocity
@@ -100,7 +101,7 @@ class SteppedRobot(RobotInterface):
         rgb, depth = self.simulator.render_camera()
         base = self.simulator.robot.frame("base_footprint")
         camera = invert(base) @ self.simulator.robot.frame(CAMERA_FRAME)
-        scene = self._detector.detect(rgb, depth, HEAD_CAMERA, camera, ["objects"])
+        scene = self._detector.detect(RgbdFrame(rgb, depth, HEAD_CAMERA, camera), ["objects"])
         if self._estimate is None:
             return scene
         models = self._estimate(self.simulator.object_states(), base)

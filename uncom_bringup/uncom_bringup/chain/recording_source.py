@@ -6,7 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from uncom_perception.exceptions import InvalidImageError
-from uncom_perception.objects.scene_detector import CameraImage, SceneDetector, nearest_poses
+from uncom_perception.objects.scene_detector import SceneDetector, nearest_poses
+from uncom_perception.rgbd_frame import RgbdFrame
 from uncom_perception.types import HandsFrame, Scene
 from uncom_reasoner.evidence.sensor_memory import SensorMemory
 from uncom_reasoner.session.task import DetectionRequest
@@ -87,14 +88,14 @@ class RecordingSource:
         rgb = self._memory.image_at(stamp_s)
         if rgb is None:
             raise InvalidImageError(f"there is no image of {stamp_s:.2f} s")
-        image = CameraImage(
-            stamp_s,
+        image = RgbdFrame(
             rgb,
             self._memory.depth_at(stamp_s),
             self._recording.camera,
             self._memory.camera_in_base(stamp_s),
             self._recording.camera_frame,
             self._memory.base_frame,
+            stamp_s,
         )
         hands = self._memory.hands_at(stamp_s) if request.frame.with_hand else None
         outside = nearest_poses(self._recording.object_poses, stamp_s, self._config.detection.model_age_s)

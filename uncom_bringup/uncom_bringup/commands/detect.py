@@ -73,10 +73,12 @@ def run(options: argparse.Namespace) -> int:
     camera = read_camera(existing_file(options.camera), image.shape) if options.camera else None
     if depth is not None and depth.shape != image.shape[:2]:
         raise BadInputError(f"{options.depth} has another size than {path}; depth must be registered to the picture")
+    from uncom_perception.rgbd_frame import RgbdFrame  # noqa: PLC0415  (NumPy is slow to import)
+
     from uncom_perception import objects  # noqa: PLC0415  (only when it runs)
 
     lexicon = str(existing_file(options.lexicon)) if options.lexicon else ""
-    found = objects.detect_in_image(image, options.phrase, depth, camera, lexicon=lexicon)
+    found = objects.detect_in_image(RgbdFrame(image, depth, camera), options.phrase, lexicon)
     result = objects.scene_to_json(found)
     if options.json:
         output.emit_json(result)

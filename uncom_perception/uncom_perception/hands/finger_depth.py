@@ -14,8 +14,9 @@ import numpy as np
 import numpy.typing as npt
 from uncom_common.camera import PinholeCamera
 
-from uncom_perception.hands.detector import FloatArray, RawHand
+from uncom_perception.hands.detector import RawHand
 from uncom_perception.hands.options import FINGER_DEPTH, FingerDepthOptions
+from uncom_perception.image_types import FloatArray
 
 DepthImage = npt.NDArray[np.float32]
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from uncom_common.camera import PinholeCamera
 
-from uncom_perception.hands.detector import HandDetector, RawHand, RgbImage
+from uncom_perception.hands.detector import HandDetector, RawHand
 from uncom_perception.hands.finger_depth import on_its_finger
 from uncom_perception.hands.hand_finder import HandFinder
 from uncom_perception.hands.options import HAND_SIZE, HandSizeOptions
@@ -18,6 +18,7 @@ from uncom_perception.hands.styles.flat_hand import HandStyle
 from uncom_perception.hands.styles.index import IndexStyle
 from uncom_perception.hands.styles.style import PointingStyle, hand_pose
 from uncom_perception.hands.styles.two_fingers import TwoFingersStyle
+from uncom_perception.image_types import RgbImage
 from uncom_perception.types import Hand, HandsFrame, PointingRay
 
 STYLES: dict[str, type[PointingStyle]] = {style.name: style for style in (IndexStyle, TwoFingersStyle, HandStyle)}

@@ -8,8 +8,8 @@ import math
 import cv2
 import numpy as np
 
-from uncom_perception.hands.detector import RgbImage
 from uncom_perception.hands.options import IMAGE_NOISE, ImageNoiseOptions
+from uncom_perception.image_types import RgbImage
 
 _MEDIAN_OF_NORMAL = 0.6745
 

@@ -10,7 +10,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from uncom_perception.hands.detector import RawHand, RgbImage
+from uncom_perception.hands.detector import RawHand
+from uncom_perception.image_types import RgbImage
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from uncom_perception.exceptions import BackendUnavailableError
-from uncom_perception.hands.detector import HandDetector, RawHand, RgbImage, check_rgb
+from uncom_perception.hands.detector import HandDetector, RawHand
+from uncom_perception.image_types import RgbImage, check_rgb
 
 
 class MediaPipeHands(HandDetector):

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from uncom_perception.hands.detector import FloatArray, RgbImage
 from uncom_perception.hands.options import MOTION, MotionOptions
+from uncom_perception.image_types import FloatArray, RgbImage
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,12 +11,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from uncom_common.camera import PinholeCamera
 
-from uncom_perception.image_types import DepthImage, FloatArray, RgbImage
 from uncom_perception.objects.detectors.detector import ObjectDetector
 from uncom_perception.objects.tracking.external_models import with_models
 from uncom_perception.objects.tracking.object_tracker import ObjectTracker
+from uncom_perception.rgbd_frame import RgbdFrame
 from uncom_perception.types import HandsFrame, ObjectModel, Scene
 
 logger = logging.getLogger(__name__)
@@ -29,28 +28,6 @@ class OutsidePoses:
     stamp_s: float
     frame_id: str
     models: tuple[ObjectModel, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class CameraImage:
-    """One image with all that places what is seen in it.
-
-    Attributes:
-        stamp_s: time of the image [s].
-        rgb: (H, W, 3) uint8.
-        depth: registered to the image, (H, W) [m], NaN where unknown; or None.
-        camera: intrinsics, or None.
-        camera_in_base: (4, 4) pose of the camera's optical frame in the base frame, or None.
-        camera_frame: name of the camera's optical frame; `base_frame` is that of the base frame.
-    """
-
-    stamp_s: float
-    rgb: RgbImage
-    depth: DepthImage | None
-    camera: PinholeCamera | None
-    camera_in_base: FloatArray | None
-    camera_frame: str
-    base_frame: str
 
 
 def nearest_poses(poses: Sequence[OutsidePoses], stamp_s: float, age_s: float) -> OutsidePoses | None:
@@ -93,7 +70,7 @@ class SceneDetector:
 
     def detect(
         self,
-        image: CameraImage,
+        frame: RgbdFrame,
         phrases: Sequence[str],
         hands: HandsFrame | None,
         outside: OutsidePoses | None = None,
@@ -101,23 +78,18 @@ class SceneDetector:
         """Return what is seen, in the base frame where the camera's pose is given, else in the camera's frame.
 
         Args:
-            image: that is searched.
+            frame: image that is searched.
             phrases: noun phrases, one query each.
             hands: hands seen in the same image.
             outside: poses of about the image's time; in another frame than the image's two they are left out.
-
-        Raises:
-            InvalidImageError: shapes that do not fit together.
         """
-        depth, camera, pose = image.depth, image.camera, image.camera_in_base
-        scene = self._detector.detect(image.rgb, depth, camera, pose, phrases, hands, image.stamp_s)
-        scene = replace(scene, frame_id=image.camera_frame if pose is None else image.base_frame)
-        if self._tracker is not None and pose is not None:
-            scene = self._tracker.update(scene, depth, camera, pose)
-        return scene if outside is None else self._with_outside(scene, outside, image)
+        scene = self._detector.detect(frame, phrases, hands)
+        if self._tracker is not None and frame.camera_in_base is not None:
+            scene = self._tracker.update(scene, frame)
+        return scene if outside is None else self._with_outside(scene, outside, frame)
 
-    def _with_outside(self, scene: Scene, outside: OutsidePoses, image: CameraImage) -> Scene:
-        camera_frame, camera_in_base = image.camera_frame, image.camera_in_base
+    def _with_outside(self, scene: Scene, outside: OutsidePoses, frame: RgbdFrame) -> Scene:
+        camera_frame, camera_in_base = frame.camera_frame, frame.camera_in_base
         models = outside.models
         if outside.frame_id == camera_frame != scene.frame_id and camera_in_base is not None:
             models = tuple(replace(model, pose=camera_in_base @ model.pose) for model in models)

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from uncom_perception.hands.detector import FloatArray, RawHand
+from uncom_perception.hands.detector import RawHand
 from uncom_perception.hands.landmarks import FINGERS, Landmark
 from uncom_perception.hands.styles.options import POINTING_STYLE, PointingStyleOptions
+from uncom_perception.image_types import FloatArray
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from uncom_perception.objects.attributes.options import ATTRIBUTES, AttributeOptions
 from uncom_perception.objects.attributes.phrase_matcher import PhraseMatcher, Thing
+from uncom_perception.rgbd_frame import RgbdFrame
 from uncom_perception.types import Attribute, Box, Detection, Geometry, Mask, Scene, TableSurface
 
 _METRIC = {"length": "length_m", "width": "width_m", "height": "height_m"}
@@ -23,11 +24,11 @@ def answer(
     table: TableSurface | None,
     phrases: Sequence[str],
     *,
-    stamp_s: float,
+    frame: RgbdFrame,
     backend: str,
     trust: float = 1.0,
 ) -> Scene:
-    """Put the answer together; trust (0 to 1) lowers all scores of a back end that sees less."""
+    """Put the answer about an image together; trust (0 to 1) lowers all scores of a back end that sees less."""
     scores: list[npt.NDArray[np.float64]] = []
     none: list[float] = []
     for phrase in phrases:
@@ -52,7 +53,7 @@ def answer(
                 phrase_scores=tuple(float(s[i]) for s in scores),
             )
         )
-    return Scene(stamp_s, "", tuple(detections), table, tuple(none), backend)
+    return Scene(frame.stamp_s, frame.frame_id, tuple(detections), table, tuple(none), backend)
 
 
 def is_table(phrase: str) -> bool:

@@ -11,13 +11,12 @@ from typing import Any
 
 import cv2
 import numpy as np
-from uncom_common.camera import PinholeCamera
 
-from uncom_perception.image_types import DepthImage, FloatArray, RgbImage
 from uncom_perception.objects.attributes.lexicon import load_lexicon
 from uncom_perception.objects.attributes.scene_builder import is_table, mask_box
 from uncom_perception.objects.detectors.options import DETECTION_REPORT, DetectionReportOptions
 from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
+from uncom_perception.rgbd_frame import RgbdFrame
 from uncom_perception.types import Detection, Scene, TableSurface
 
 
@@ -27,28 +26,23 @@ def _detector(lexicon: str = "") -> TabletopDetector:
 
 
 def detect_in_image(
-    image_rgb: RgbImage,
+    frame: RgbdFrame,
     phrase: str,
-    depth: DepthImage | None = None,
-    camera: PinholeCamera | None = None,
-    camera_in_base: FloatArray | None = None,
     lexicon: str = "",
     *,
     options: DetectionReportOptions = DETECTION_REPORT,
 ) -> Scene:
-    """Find what a phrase means in one picture (H, W, 3) uint8; depth (H, W) [m] and its camera make it metric.
+    """Find what a phrase means in one image; depth and camera make it metric.
 
     Detections that the phrase fits come best first; each score is how well the phrase fits that thing by itself.
     "table" gives the table, "objects" everything on it. The lexicon is a file with more words for things.
 
     Raises:
-        InvalidImageError: shapes that do not fit together.
         InvalidLexiconError: the lexicon cannot be read.
     """
-    detector = _detector(lexicon)
-    scene = detector.detect(image_rgb, depth, camera, camera_in_base, [phrase])
+    scene = _detector(lexicon).detect(frame, [phrase])
     if is_table(phrase):
-        found = [] if scene.table is None else [_table_detection(scene.table, image_rgb.shape)]
+        found = [] if scene.table is None else [_table_detection(scene.table, frame.rgb.shape)]
         return dataclasses.replace(scene, detections=tuple(found))
     fits = own_fits([d.phrase_scores[0] for d in scene.detections], scene.phrase_none[0])
     pairs = zip(scene.detections, fits, strict=True)

@@ -12,16 +12,15 @@ from typing import Any
 import cv2
 import numpy as np
 import numpy.typing as npt
-from uncom_common.camera import PinholeCamera
 from uncom_common.pretrained_models import load_with_processor, pick_device, require
 
 from uncom_perception.exceptions import TableNotFoundError
 from uncom_perception.exposure import exposure
-from uncom_perception.image_types import DepthImage, FloatArray, RgbImage
+from uncom_perception.image_types import RgbImage
 from uncom_perception.objects.attributes.colour import name_colours
 from uncom_perception.objects.attributes.object_geometry import clean_points, geometry
 from uncom_perception.objects.attributes.scene_builder import is_table, mask_box, mask_slices
-from uncom_perception.objects.detectors.detector import ObjectDetector, check_images
+from uncom_perception.objects.detectors.detector import ObjectDetector
 from uncom_perception.objects.detectors.options import (
     DETECTION_REPORT,
     GROUNDING_DINO_FILTER,
@@ -30,6 +29,7 @@ from uncom_perception.objects.detectors.options import (
 )
 from uncom_perception.objects.detectors.queries import query_of
 from uncom_perception.objects.table.table_view import TableView, view_table
+from uncom_perception.rgbd_frame import RgbdFrame
 from uncom_perception.segmentation.segmenter import Segmenter
 from uncom_perception.types import Attribute, Box, Detection, Geometry, HandsFrame, Mask, Scene, TableSurface
 
@@ -103,19 +103,10 @@ class GroundingDinoDetector(ObjectDetector):
             ]
         return found
 
-    def detect(
-        self,
-        image_rgb: RgbImage,
-        depth: DepthImage | None,
-        camera: PinholeCamera | None,
-        camera_in_base: FloatArray | None,
-        phrases: Sequence[str],
-        hands: HandsFrame | None = None,
-        stamp_s: float = 0.0,
-    ) -> Scene:
+    def detect(self, frame: RgbdFrame, phrases: Sequence[str], hands: HandsFrame | None = None) -> Scene:
         """Return the things that the phrases find ("object" if there are none), and the table."""
-        check_images(image_rgb, depth, camera)
         start = time.perf_counter()
+        image_rgb, depth, camera = frame.rgb, frame.depth, frame.camera
         queries = [_TABLE_QUERY] + [query_of(p) for p in phrases if not is_table(p)]
         if len(queries) == 1:
             queries.append(query_of("objects"))
@@ -125,7 +116,7 @@ class GroundingDinoDetector(ObjectDetector):
         view = None
         if depth is not None and camera is not None:
             try:
-                view = view_table(depth, camera, camera_in_base)
+                view = view_table(depth, camera, frame.camera_in_base)
             except TableNotFoundError:
                 view = None
         merged, scores = _merged(per_query, self._options.same_overlap, image_rgb.shape)
@@ -138,7 +129,12 @@ class GroundingDinoDetector(ObjectDetector):
         masks, _ = self._segmenter.segment(image_rgb, depth, np.zeros((0, 2)), [merged[i] for i in keep])
         scene = self._answer(image_rgb, masks, scores[keep], phrases, view)
         return dataclasses.replace(
-            scene, table=table, stamp_s=stamp_s, backend=self.name, latency_s=time.perf_counter() - start
+            scene,
+            table=table,
+            frame_id=frame.frame_id,
+            stamp_s=frame.stamp_s,
+            backend=self.name,
+            latency_s=time.perf_counter() - start,
         )
 
     def _answer(

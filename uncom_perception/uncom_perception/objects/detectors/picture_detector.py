@@ -10,17 +10,16 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 import numpy.typing as npt
-from uncom_common.camera import PinholeCamera
 
 from uncom_perception.exposure import exposure
-from uncom_perception.image_types import DepthImage, FloatArray, RgbImage
 from uncom_perception.objects.attributes.colour import name_colours
 from uncom_perception.objects.attributes.phrase_matcher import PhraseMatcher
 from uncom_perception.objects.attributes.scene_builder import answer
-from uncom_perception.objects.detectors.detector import ObjectDetector, check_images
+from uncom_perception.objects.detectors.detector import ObjectDetector
 from uncom_perception.objects.detectors.options import PICTURE_DETECTOR, PictureDetectorOptions
 from uncom_perception.objects.detectors.picture_pieces import pieces_of
 from uncom_perception.objects.segments.arm_mask import bare_skin
+from uncom_perception.rgbd_frame import RgbdFrame
 from uncom_perception.types import HandsFrame, Mask, Scene, TableSurface
 
 
@@ -37,19 +36,9 @@ class PictureDetector(ObjectDetector):
         """Name of the back end."""
         return "tabletop without depth (table colour, lower scores)"
 
-    def detect(
-        self,
-        image_rgb: RgbImage,
-        depth: DepthImage | None,
-        camera: PinholeCamera | None,
-        camera_in_base: FloatArray | None,  # noqa: ARG002  (no geometry without depth)
-        phrases: Sequence[str],
-        hands: HandsFrame | None = None,
-        stamp_s: float = 0.0,
-    ) -> Scene:
+    def detect(self, frame: RgbdFrame, phrases: Sequence[str], hands: HandsFrame | None = None) -> Scene:
         """Return what differs from the table's colour."""
-        check_images(image_rgb, depth, camera)
-        start = time.perf_counter()
+        start, image_rgb = time.perf_counter(), frame.rgb
         scale = min(1.0, self._options.work_width_px / image_rgb.shape[1])
         small = np.asarray(
             cv2.resize(image_rgb, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1.0 else image_rgb,
@@ -74,7 +63,7 @@ class PictureDetector(ObjectDetector):
             found,
             _surface(table, scale),
             phrases,
-            stamp_s=stamp_s,
+            frame=frame,
             backend=self.name,
             trust=self._options.trust,
         )

@@ -11,22 +11,22 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 import numpy.typing as npt
-from uncom_common.camera import PinholeCamera
 
 from uncom_perception.exceptions import TableNotFoundError
 from uncom_perception.exposure import exposure
-from uncom_perception.image_types import DepthImage, FloatArray, RgbImage
+from uncom_perception.image_types import RgbImage
 from uncom_perception.objects.attributes.colour import name_colours
 from uncom_perception.objects.attributes.lexicon import Lexicon, load_lexicon
 from uncom_perception.objects.attributes.object_geometry import clean_points, convex_outline, geometry, support_heights
 from uncom_perception.objects.attributes.phrase_matcher import PhraseMatcher, Thing
 from uncom_perception.objects.attributes.scene_builder import answer
 from uncom_perception.objects.attributes.shape import measure
-from uncom_perception.objects.detectors.detector import ObjectDetector, check_images
+from uncom_perception.objects.detectors.detector import ObjectDetector
 from uncom_perception.objects.detectors.options import TABLETOP_DETECTOR, TabletopDetectorOptions
 from uncom_perception.objects.detectors.picture_detector import PictureDetector
 from uncom_perception.objects.segments.object_masks import find_things, hidden_share
-from uncom_perception.objects.table.table_view import view_table
+from uncom_perception.objects.table.table_view import TableView, view_table
+from uncom_perception.rgbd_frame import RgbdFrame
 from uncom_perception.types import Geometry, HandsFrame, Mask, Scene, TableSurface
 
 
@@ -44,23 +44,13 @@ class TabletopDetector(ObjectDetector):
         """Name of the back end; it needs no weights."""
         return "tabletop (rgb-d, no weights)"
 
-    def detect(
-        self,
-        image_rgb: RgbImage,
-        depth: DepthImage | None,
-        camera: PinholeCamera | None,
-        camera_in_base: FloatArray | None,
-        phrases: Sequence[str],
-        hands: HandsFrame | None = None,
-        stamp_s: float = 0.0,
-    ) -> Scene:
+    def detect(self, frame: RgbdFrame, phrases: Sequence[str], hands: HandsFrame | None = None) -> Scene:
         """Return the scene; one without table and things if no table is seen."""
-        check_images(image_rgb, depth, camera)
-        if depth is None or camera is None:
-            return self._picture.detect(image_rgb, None, camera, camera_in_base, phrases, hands, stamp_s)
+        if frame.depth is None or frame.camera is None:
+            return self._picture.detect(frame, phrases, hands)
         start = time.perf_counter()
         try:
-            table, found = self._look(image_rgb, depth, camera, camera_in_base, hands)
+            table, found = self._look(frame.rgb, view_table(frame.depth, frame.camera, frame.camera_in_base), hands)
         except TableNotFoundError:
             table, found = None, []
         things = [thing for _, _, thing in found]
@@ -70,7 +60,7 @@ class TabletopDetector(ObjectDetector):
             things,
             table,
             phrases,
-            stamp_s=stamp_s,
+            frame=frame,
             backend=self.name if table is not None else f"{self.name}: no table seen",
         )
         return dataclasses.replace(scene, latency_s=time.perf_counter() - start)
@@ -78,12 +68,9 @@ class TabletopDetector(ObjectDetector):
     def _look(
         self,
         image_rgb: RgbImage,
-        depth: DepthImage,
-        camera: PinholeCamera,
-        camera_in_base: FloatArray | None,
+        view: TableView,
         hands: HandsFrame | None,
     ) -> tuple[TableSurface, list[tuple[Mask, Geometry, Thing]]]:
-        view = view_table(depth, camera, camera_in_base)
         points, ground, viewer = view.points, view.ground, view.viewer
         gain = exposure(image_rgb)
         masks = find_things(image_rgb, view, hands, gain)

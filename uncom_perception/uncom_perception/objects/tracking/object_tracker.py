@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
-from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import apply, invert
 
-from uncom_perception.image_types import DepthImage, FloatArray
 from uncom_perception.objects.tracking.options import TRACKER, TrackerOptions
+from uncom_perception.rgbd_frame import RgbdFrame
 from uncom_perception.types import Detection, Scene
 
 
@@ -33,9 +32,7 @@ class ObjectTracker:
         self._stamp_s = -np.inf
         self._count = 0
 
-    def update(
-        self, scene: Scene, depth: DepthImage | None, camera: PinholeCamera | None, camera_in_base: FloatArray | None
-    ) -> Scene:
+    def update(self, scene: Scene, frame: RgbdFrame) -> Scene:
         """Return the scene with the names of tracks, and the tracks that moved or vanished since the last image.
 
         A thing that is not seen has vanished only if the camera sees past it; else a hand or another thing may hide it,
@@ -60,8 +57,7 @@ class ObjectTracker:
             gone = [
                 name
                 for name, track in self._tracks.items()
-                if name not in seen
-                and _sees_past(track.detection, depth, camera, camera_in_base, options=self._options)
+                if name not in seen and _sees_past(track.detection, frame, options=self._options)
             ]
             for name in gone:
                 del self._tracks[name]
@@ -132,9 +128,7 @@ def _likeness(track: _Track, detection: Detection) -> float:
 
 def _sees_past(
     detection: Detection,
-    depth: DepthImage | None,
-    camera: PinholeCamera | None,
-    camera_in_base: FloatArray | None,
+    frame: RgbdFrame,
     *,
     options: TrackerOptions = TRACKER,
 ) -> bool:
@@ -142,6 +136,7 @@ def _sees_past(
     body = detection.geometry
     if body is None:
         return True  # the picture alone does not tell what hides a thing
+    depth, camera, camera_in_base = frame.depth, frame.camera, frame.camera_in_base
     if depth is None or camera is None:
         return False
     cloud = body.cloud[:: max(1, len(body.cloud) // options.sample)]
