@@ -10,11 +10,11 @@ import numpy as np
 
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import ExecutionError, GraspFailedError, MotionError, StoppedError
+from uncom_tiago_exec.execution.grip_controller import GripController
 from uncom_tiago_exec.execution.options import GRIP, PLAN_EXECUTION, GripOptions, PlanExecutionOptions
 from uncom_tiago_exec.execution.recovery import InterruptedArm, plan_lift_clear, plan_way_home
 from uncom_tiago_exec.execution.robot_interface import RobotInterface
 from uncom_tiago_exec.planning.plan import GripStep, MoveStep, Plan
-from uncom_tiago_exec.robot.gripper_joints import finger_gap
 from uncom_tiago_exec.robot.robot_model import RobotModel
 from uncom_tiago_exec.trajectory.trajectory_edits import reversed_trajectory, started_at
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage, Status, Trajectory
@@ -50,14 +50,12 @@ class PlanExecutor:
         self._config = config
         self._on_status = on_status
         self._options = options
-        self._grip_options = grip
+        self._grip = GripController(robot, grip)
         self.stage = Stage.IDLE
         self.in_hand = ""
-        self._held_gap = 0.0
         self._last_motion: Trajectory | None = None  # of torso and arm, be it to its end or not
         self._last_motion_stage = Stage.IDLE
         self._released = False  # the object of the present plan was let go at its place
-        self._gripping: GripStep | None = None  # what the fingers were told and have not come to
 
     def follow(self, trajectory: Trajectory) -> None:
         """Carry out a motion, and remember it.
@@ -71,11 +69,6 @@ class PlanExecutor:
         self._last_motion, self._last_motion_stage = trajectory, self.stage
         self._robot.follow(trajectory)
 
-    def _grip(self, plan: Plan, step: GripStep) -> None:
-        self._gripping = step
-        self._robot.grip(plan.side, step.gap)
-        self._gripping = None
-
     def report(self, stage: Stage, detail: str = "", arm: str = "", data: dict[str, object] | None = None) -> None:
         """Report a change of stage, with details, the side of the arm, and data for JSON."""
         self._on_status(Status(stage, detail, arm, data or {}))
@@ -83,9 +76,7 @@ class PlanExecutor:
 
     def holds_nothing(self, plan: Plan) -> bool:
         """Tell from the gap of the fingers whether what was held is gone."""
-        width = plan.grasp.width if plan.grasp is not None else 0.0
-        least = max(self._empty_gap(width), self._held_gap - self._grip_options.slipped_m)
-        return finger_gap(plan.side, self._robot.positions()) < least
+        return self._grip.holds_nothing(plan)
 
     def take(self, task: ManipulationTask, plan: Plan) -> None:
         """Go to the object, close the fingers on it and lift it, or whatever comes first in the plan.
@@ -102,26 +93,20 @@ class PlanExecutor:
             if isinstance(step, MoveStep):
                 self.follow(step.trajectory)
             elif step.holding:
-                self._gripping = step
-                self._close(plan, name)
-                self._gripping, self.in_hand = None, name
+                self._close(plan, step, name)
                 holding = True
             else:
-                self._grip(plan, step)
+                self._grip.move(plan, step)
             if holding and step.stage == Stage.LIFTING:
-                # a finger that was held up by the table, not by the object, closes now
-                self._robot.grip(plan.side, self._pressing_gap(self._held_gap))
+                self._grip.press(plan)
                 self._require_held(plan, name, "the {} slipped out of my fingers")
 
-    def _close(self, plan: Plan, name: str) -> None:
-        """Close on the object, press, and tell from the gap whether anything is there."""
-        width = plan.grasp.width if plan.grasp is not None else 0.0
-        gap = self._robot.grip(plan.side, self._pressing_gap(width))
-        gap = self._robot.grip(plan.side, self._pressing_gap(gap))
-        if gap < self._empty_gap(width):
-            raise GraspFailedError(f"my fingers closed beside the {name}")
-        self._held_gap = gap
+    def _close(self, plan: Plan, step: GripStep, name: str) -> None:
+        """Close on the object, and tell from the gap whether anything is there."""
+        gap = self._grip.close(plan, step, name)
         self.report(Stage.GRASPING, f"holding something {gap * 1000:.0f} mm wide", plan.side, {"gap_m": round(gap, 4)})
+        self._grip.settle()
+        self.in_hand = name
 
     def _require_held(self, plan: Plan, name: str, lost: str) -> None:
         """See from the gap of the fingers that an object is still held.
@@ -172,30 +157,10 @@ class PlanExecutor:
                     self.follow(step.trajectory)
             elif step.stage == Stage.PLACING:
                 self._announce(step, plan)
-                self._release(plan, step)
+                self._grip.release(plan, step)
                 self.in_hand, self._released = "", True
             else:
-                self._grip(plan, step)
-
-    def _release(self, plan: Plan, step: GripStep) -> None:
-        """Open the fingers, again and again if something holds them: a pad may be wedged in a narrow opening.
-
-        Raises:
-            MotionError: they stay closed; what they hold would be torn away.
-        """
-        options = self._grip_options
-        self._gripping = step
-        for attempt in range(options.release_retries + 1):
-            gap = self._robot.grip(plan.side, step.gap)
-            if gap > step.gap - options.stuck_m:
-                self._gripping = None
-                return
-            if attempt < options.release_retries:
-                self._robot.grip(plan.side, self._pressing_gap(gap))
-        if gap < self._held_gap + options.freed_m:
-            raise MotionError("my fingers do not open")
-        _LOG.warning("something beside it keeps the fingers from opening wider than %.0f mm", 1000.0 * gap)
-        self._gripping = None
+                self._grip.move(plan, step)
 
     def _lower(self, step: MoveStep, plan: Plan) -> bool:
         """Lower the object; return False if it rests on something a little before the end.
@@ -247,24 +212,24 @@ class PlanExecutor:
     @property
     def is_gripping(self) -> bool:
         """Whether the fingers were stopped on their way."""
-        return self._gripping is not None
+        return self._grip.pending is not None
 
     def _end_gripping(self, plan: Plan) -> None:
         """Let go of what the fingers were about to take or to let go when they were stopped."""
-        step = self._gripping
+        step = self._grip.pending
         if step is None:
             return
         if step.holding and plan.grasp is not None:
             step = GripStep(step.stage, plan.grasp.opening)
         if step.stage != Stage.PLACING:
-            self._grip(plan, step)
+            self._grip.move(plan, step)
             return
         try:
-            self._release(plan, step)
+            self._grip.release(plan, step)
         except MotionError:
             if not self.in_hand:
                 raise
-            self._gripping = None  # it is held yet, and goes where the hand goes
+            self._grip.settle()  # it is held yet, and goes where the hand goes
             return
         self.in_hand, self._released = "", True
 
@@ -274,21 +239,12 @@ class PlanExecutor:
         self.report(Stage.RETREATING, "opening the fingers and going back", plan.side)
         stages = (Stage.APPROACHING, Stage.LIFTING) if lifted else (Stage.APPROACHING,)
         moves = [step for step in plan.steps if isinstance(step, MoveStep) and step.stage in stages]
-        if plan.grasp is not None:
-            self._robot.grip(plan.side, plan.grasp.opening)
+        self._grip.open(plan)
         if lifted and self.recover(plan, "I go back and look where it is"):
             return
         for move in reversed(moves):
             here = self._positions_of(move.trajectory)
             self.follow(started_at(reversed_trajectory(move.trajectory), here))
-
-    def _pressing_gap(self, gap: float) -> float:
-        """Return the gap [m] to aim at with something `gap` wide between the fingers."""
-        return max(0.0, gap - self._grip_options.squeeze_m)
-
-    def _empty_gap(self, width: float) -> float:
-        """Return the gap [m] under which fingers that closed on something `width` wide hold nothing."""
-        return max(self._grip_options.empty_gap_m, self._grip_options.empty_width_ratio * width)
 
     def _early_contact(self, plan: Plan) -> float:
         """Return how much earlier than planned [m] an object may come to rest: a dish hangs down from its edge."""
