@@ -6,7 +6,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from shapely.geometry import Polygon
 from uncom_common.primitive import Primitive
+from uncom_common.transforms import FloatArray
 from uncom_language.types import Command
 from uncom_perception.types import Detection
 
@@ -74,18 +76,14 @@ def build_decision(
     )
     if detection is not None and isinstance(error, UnsettledError):
         grounded = replace(grounded, target_candidates=error.candidates)
-    doubt = None
-    if isinstance(error, AmbiguousError):
-        doubt = Doubt(error.part or ("object" if detection is None else "target"), error.choices)
-    outline = context.surface.polygon
     decision = Decision(
         grounded,
         notes=(*context.evidence.notes, *command.notes),
         rules={} if choice is None else {"object": choice.rule},
-        doubt=doubt,
+        doubt=_find_doubt(error, detection),
         object_ray=rays[0],
         target_ray=rays[1],
-        outline=np.asarray(outline.exterior.coords)[:-1] if outline is not None else np.zeros((0, 2)),
+        outline=_list_corners(context.surface.polygon),
         metric=context.surface.metric,
         counterfactuals=()
         if isinstance(error, NotSupportedError)  # what cannot be weighed cannot be weighed otherwise
@@ -98,6 +96,17 @@ def _find_status(error: CannotGroundError | None) -> Status:
     if error is None:
         return Status.GROUNDED
     return Status.AMBIGUOUS if isinstance(error, AmbiguousError) else Status.FAILED
+
+
+def _find_doubt(error: CannotGroundError | None, detection: Detection | None) -> Doubt | None:
+    """Return what is ambiguous: the part that the error names, else the object, or the target where that is known."""
+    if not isinstance(error, AmbiguousError):
+        return None
+    return Doubt(error.part or ("object" if detection is None else "target"), error.choices)
+
+
+def _list_corners(outline: Polygon | None) -> FloatArray:
+    return np.asarray(outline.exterior.coords)[:-1] if outline is not None else np.zeros((0, 2))
 
 
 def _list_others(context: Context, moved: Detection | None, result: TargetResult | None) -> tuple[Detection, ...]:
