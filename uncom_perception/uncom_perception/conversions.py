@@ -231,7 +231,7 @@ def polygon_to_msg(points: npt.ArrayLike) -> Polygon:
     """Write an outline (N, 3) or (N, 2)."""
     corners = np.asarray(points, dtype=float)
     return Polygon(
-        points=[Point32(x=float(c[0]), y=float(c[1]), z=float(c[2]) if len(c) > 2 else 0.0) for c in corners]
+        points=[Point32(x=float(c[0]), y=float(c[1]), z=float(c[2]) if len(c) >= len("xyz") else 0.0) for c in corners]
     )
 
 

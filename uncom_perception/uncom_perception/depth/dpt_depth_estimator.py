@@ -69,7 +69,7 @@ def table_scale(
     except TableNotFoundError:
         return None
     height = abs(plane.offset)  # of the camera, which is the origin, above the plane
-    if height < 1e-3:
+    if height < options.least_height_m:
         return None
     factor = camera_above_table_m / height
     return factor if options.least_scale < factor < options.greatest_scale else None

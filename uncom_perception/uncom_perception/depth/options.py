@@ -15,6 +15,9 @@ class DepthScaleOptions:
     stride: int = tunable(4, unit="px", meaning="every so manieth pixel is looked at")
     least_scale: float = tunable(0.4, meaning="least scale; beyond, what was taken for the table is something else")
     greatest_scale: float = tunable(2.5, meaning="greatest scale")
+    least_height_m: float = tunable(
+        1e-3, unit="m", meaning="height of the camera over the table below which nothing is scaled"
+    )
 
 
 DEPTH_SCALE = DepthScaleOptions()

@@ -36,7 +36,7 @@ def on_its_finger(
     base, tip = hand.landmarks[line[0], :2], hand.landmarks[line[-1], :2]
     back = base - tip
     length = float(np.linalg.norm(back))
-    if length < 12.0:
+    if length < options.least_length_px:
         return hand
     aside = np.array([-back[1], back[0]]) / length
     shares = np.linspace(0.04, options.seen_share, options.steps)
@@ -45,7 +45,7 @@ def on_its_finger(
     places = tip + shares[:, None, None] * back + offsets[None, :, None] * aside
     z = _sampled(depth, places)
     found = _middles(z, offsets, camera.fx, options=options)
-    if len(found) < 6 or shares[found[-1][0]] - shares[found[0][0]] < options.least_span:
+    if len(found) < options.least_samples or shares[found[-1][0]] - shares[found[0][0]] < options.least_span:
         return hand
     s = np.array([shares[k] for k, _ in found])
     middle = np.array([m for _, m in found])
@@ -80,13 +80,13 @@ def _middles(
     for k, profile in enumerate(z):
         near = np.abs(offsets - middle) <= 0.5 * offsets[-1]
         known = near & np.isfinite(profile)
-        if np.count_nonzero(known) < 3:
+        if np.count_nonzero(known) < options.least_known:
             continue
         here = float(np.sort(profile[known])[1])  # the finger is nearer than what is behind it
         if found and abs(here - nearest) > 2.0 * options.thickness_m:
             break
         own = np.flatnonzero(np.abs(profile - here) < options.thickness_m)
-        runs = np.split(own, np.flatnonzero(np.diff(own) > 2) + 1)
+        runs = np.split(own, np.flatnonzero(np.diff(own) > options.longest_gap) + 1)
         run = min(runs, key=lambda r: float(np.abs(offsets[r] - middle).min()))
         width = (offsets[run[-1]] - offsets[run[0]] + 1) * here / focal_px
         if width > options.greatest_width_m or run[0] == 0 or run[-1] == len(offsets) - 1:

@@ -128,7 +128,7 @@ class GestureReader:
         tip = hand.landmarks[8, :2]
         before = self._tips.get(hand.handedness)
         self._tips[hand.handedness] = (stamp_s, tip)
-        if before is None or not 0.0 < stamp_s - before[0] < 0.5:
+        if before is None or not 0.0 < stamp_s - before[0] < self._options.memory_s:
             return 0.7
         speed = float(np.linalg.norm(tip - before[1])) / hand.size_px / (stamp_s - before[0])  # hand sizes a second
         return float(1.0 / (1.0 + (speed / 2.0) ** 2))

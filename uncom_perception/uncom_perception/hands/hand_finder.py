@@ -236,7 +236,7 @@ def _plausible(hands: tuple[RawHand, ...]) -> tuple[RawHand, ...]:
     kept: list[RawHand] = []
     for hand in hands:
         marks = hand.landmarks[:, :2]
-        if hand.size_px < 12.0:
+        if hand.size_px < HAND_FINDER.least_size_px:
             continue
         palm = marks[[Landmark.WRIST, Landmark.INDEX_MCP, Landmark.MIDDLE_MCP, Landmark.PINKY_MCP]]
         if np.ptp(palm, axis=0).max() < 0.15 * hand.size_px:

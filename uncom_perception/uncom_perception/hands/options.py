@@ -40,6 +40,7 @@ class HandFinderOptions:
     closer_period_s: float = tunable(
         0.35, unit="s", meaning="period at which a hand that does not point is looked at closely"
     )
+    least_size_px: float = tunable(12.0, unit="px", meaning="smaller hands are not believed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +63,12 @@ class FingerDepthOptions:
         math.radians(6.0), unit="rad", meaning="smaller corrections of the direction are not made"
     )
     greatest_correction_rad: float = tunable(math.radians(40.0), unit="rad", meaning="larger ones are not believed")
+    least_length_px: float = tunable(
+        12.0, unit="px", meaning="a finger that is shorter in the image is too short to be measured"
+    )
+    least_samples: int = tunable(6, meaning="samples along the finger that must be seen")
+    least_known: int = tunable(3, meaning="known depth pixels that a sample needs")
+    longest_gap: int = tunable(2, unit="px", meaning="gap between pixels of one finger, at most")
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +77,7 @@ class HandSizeOptions:
 
     least_palm_m: float = tunable(0.03, unit="m", meaning="what is far smaller is no hand")
     greatest_palm_m: float = tunable(0.16, unit="m", meaning="what is far larger is no hand")
+    memory_s: float = tunable(0.5, unit="s", meaning="how long the place of a hand is remembered to tell its motion")
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +122,13 @@ class PointingRayOptions:
     landmark_noise: float = tunable(0.025, meaning="of the hand's size in the image: standard error of a landmark")
     systematic_rad: float = tunable(
         math.radians(2.5), unit="rad", meaning="part of the error of a direction that does not come from landmark noise"
+    )
+    least_length_px: float = tunable(2.0, unit="px", meaning="a finger that is shorter in the image has no direction")
+    least_samples: int = tunable(6, meaning="depth samples along a finger that a ray in space needs")
+    least_hand_samples: int = tunable(5, meaning="depth samples on a hand that its distance needs")
+    least_apart: float = tunable(0.2, meaning="of the finger's length: how far apart two samples are that draw a line")
+    least_line_span: float = tunable(
+        0.4, meaning="of the finger's length: span of the samples that agree with the line"
     )
 
 

@@ -26,7 +26,7 @@ def image_ray(
     """
     origin, tip = hand.landmarks[line[0], :2], hand.landmarks[line[-1], :2]
     length = float(np.linalg.norm(tip - origin))
-    if length < 2.0:
+    if length < options.least_length_px:
         return None
     direction = (tip - origin) / length
     noise = max(1.0, options.landmark_noise * hand.size_px) * math.sqrt(2.0)
@@ -56,12 +56,12 @@ def metric_ray(
     joints = hand.landmarks[list(line), :2]
     share = np.linspace(0.0, 1.0, 25)
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(joints, axis=0), axis=1))])
-    if lengths[-1] < 2.0:
+    if lengths[-1] < options.least_length_px:
         return None
     pixels = np.column_stack([np.interp(share * lengths[-1], lengths, joints[:, k]) for k in (0, 1)])
     z, spread = _finger_depth(pixels, depth, lengths[-1] / 12.0)
     good = np.isfinite(z)
-    if good.sum() < 6:
+    if good.sum() < options.least_samples:
         return None
     fit = _robust_line(share[good], 1.0 / z[good])
     if fit is None:
@@ -84,7 +84,7 @@ def hand_depth(hand: RawHand, depth: DepthImage) -> float:
     inside = (marks >= 0).all(axis=1) & (marks[:, 0] < depth.shape[1]) & (marks[:, 1] < depth.shape[0])
     z = depth[marks[inside, 1], marks[inside, 0]]
     z = z[np.isfinite(z) & (z > 0.0)]
-    return float(np.median(z)) if len(z) >= 5 else 0.0
+    return float(np.median(z)) if len(z) >= POINTING_RAY.least_hand_samples else 0.0
 
 
 def _finger_depth(pixels: FloatArray, depth: DepthImage, radius: float) -> tuple[FloatArray, float]:
@@ -118,7 +118,7 @@ def _finger_depth(pixels: FloatArray, depth: DepthImage, radius: float) -> tuple
 def _robust_line(x: FloatArray, y: FloatArray) -> tuple[float, float, float] | None:
     """Fit y = a + b x by all pairs (Theil-Sen), then least squares on what agrees; returns a, b, sigma of the ends."""
     i, j = np.triu_indices(len(x), 1)
-    apart = np.abs(x[j] - x[i]) > 0.2
+    apart = np.abs(x[j] - x[i]) > POINTING_RAY.least_apart
     if not apart.any():
         return None
     slope = float(np.median((y[j] - y[i])[apart] / (x[j] - x[i])[apart]))
@@ -126,7 +126,7 @@ def _robust_line(x: FloatArray, y: FloatArray) -> tuple[float, float, float] | N
     residual = np.abs(y - base - slope * x)
     scale = max(1.4826 * float(np.median(residual)), 1e-3)
     agree = residual < 3.0 * scale
-    if agree.sum() < 6 or np.ptp(x[agree]) < 0.4:
+    if agree.sum() < POINTING_RAY.least_samples or np.ptp(x[agree]) < POINTING_RAY.least_line_span:
         return None
     slope, base = np.polyfit(x[agree], y[agree], 1)
     rms = float(np.sqrt(np.mean((y[agree] - base - slope * x[agree]) ** 2)))

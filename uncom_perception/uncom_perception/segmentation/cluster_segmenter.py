@@ -89,7 +89,7 @@ def _connected_depth(depth: DepthImage, box: Box, *, options: ClusterSegmenterOp
 def _piece_at(mask: Mask, center: tuple[float, float]) -> Mask:
     """Keep the piece of a mask at a point (or its largest one) and close its holes."""
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
-    if count < 2:
+    if count <= 1:
         return mask
     u, v = round(center[0]), round(center[1])
     here = int(labels[min(v, mask.shape[0] - 1), min(u, mask.shape[1] - 1)])

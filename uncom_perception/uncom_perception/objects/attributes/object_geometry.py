@@ -27,12 +27,12 @@ def clean_points(
     pixels = np.flatnonzero(mask)
     pixels = pixels[:: 1 + len(pixels) // options.max_points]
     points = ground_points.reshape(-1, 3)[pixels]
-    points = points[points[:, 2] > -0.01]  # which drops the unknown ones, too
-    if len(points) < 30:
+    points = points[points[:, 2] > options.lowest_m]  # which drops the unknown ones, too
+    if len(points) < options.few_points:
         return points
     key = _cell_keys(points, options.crowd_cell_m)
     count = np.bincount(key)
-    kept = points[count[key] >= 3]
+    kept = points[count[key] >= options.least_crowd]
     if len(kept) <= 0.5 * len(points):
         return points
     return _without_trail(_without_strays(kept, options=options), options=options)
@@ -48,7 +48,7 @@ def _without_strays(
     filled = np.zeros((int(row.max()) + 1, int(column.max()) + 1), np.uint8)
     filled[row, column] = 1
     count, labels = cv2.connectedComponents(filled, connectivity=8)
-    if count < 3:
+    if count - 1 <= 1:
         return points
     piece = labels[row, column]
     kept: npt.NDArray[np.bool_] = np.bincount(piece)[piece] >= options.stray_share * len(points)
@@ -69,7 +69,7 @@ def _without_trail(
     ).all():
         return points
     corners = convex_outline(upper)[:, 0].astype(float)
-    if len(corners) < 3:
+    if len(corners) < options.least_corners:
         return points
     edges = np.roll(corners, -1, axis=0) - corners
     outward = np.stack([edges[:, 1], -edges[:, 0]]) / np.maximum(np.hypot(edges[:, 0], edges[:, 1]), 1e-9)

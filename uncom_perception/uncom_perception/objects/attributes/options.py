@@ -60,6 +60,10 @@ class ObjectGeometryOptions:
     trail_reach_m: float = tunable(
         0.012, unit="m", meaning="how far outside the outline of what is higher a trail lies at least"
     )
+    lowest_m: float = tunable(-0.01, unit="m", meaning="lower points are not of an object")
+    few_points: int = tunable(30, meaning="with fewer points nothing is cleaned")
+    least_crowd: int = tunable(3, meaning="points of a cell from which none of them is alone")
+    least_corners: int = tunable(3, meaning="corners of an outline that encloses anything")
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +96,17 @@ class ShapeOptions:
     sectors: int = tunable(16, meaning="sectors around the middle in which the rim is looked for")
     max_points: int = tunable(1500, meaning="points that suffice to see how an object is bent, and its widths")
     slices: int = tunable(9, meaning="slices along an object, to see how it is bent")
+    least_handle_cells: int = tunable(6, meaning="cells of a piece beside the body that may be a handle")
+    least_cavity_radius_m: float = tunable(0.015, unit="m", meaning="mean radius below which nothing is hollow")
+    rim_from: float = tunable(0.7, meaning="share of the radius outside which the rim is looked for")
+    middle_to: float = tunable(0.6, meaning="share of the radius inside which the floor is looked for")
+    least_middle_points: int = tunable(5, meaning="points in the middle that a cavity needs")
+    inner_to: float = tunable(0.9, meaning="share of the radius inside which depth is measured")
+    least_hollowness: float = tunable(0.1, meaning="hollowness below which there is no depth of a cavity")
+    least_length_m: float = tunable(1e-3, unit="m", meaning="shorter objects are not bent")
+    least_slices: int = tunable(5, meaning="slices with points that a curvature needs")
+    least_band_points: int = tunable(5, meaning="points of a band of heights that have a width")
+    least_width_m: float = tunable(0.004, unit="m", meaning="smaller widths are not compared")
 
 
 COLOUR_NAMING = ColourNamingOptions()

@@ -177,7 +177,7 @@ class PhraseMatcher:
         fit = np.clip(self.fits(text, things), 0.0, 0.995)
         none = float(np.prod(1.0 - fit)) if len(fit) else 1.0
         total = float(fit.sum())
-        if total <= 1e-9:
+        if math.isclose(total, 0.0, abs_tol=1e-9):
             return np.zeros(len(things)), 1.0
         return fit / total * (1.0 - none), none
 

@@ -14,6 +14,7 @@ from uncom_perception.objects.attributes.phrase_matcher import PhraseMatcher, Th
 from uncom_perception.rgbd_frame import RgbdFrame
 from uncom_perception.types import Attribute, Box, Detection, Geometry, Mask, Scene, TableSurface
 
+_TABLE_PHRASE = ("the", "wooden", "table")  # the longest form in which the table itself is named
 _METRIC = {"length": "length_m", "width": "width_m", "height": "height_m"}
 
 
@@ -59,7 +60,7 @@ def answer(
 def is_table(phrase: str) -> bool:
     """Whether a phrase means the table itself."""
     words = phrase.lower().replace(".", " ").split()
-    return bool(words) and words[-1] in ("table", "tabletop", "desk", "worktop") and len(words) <= 3
+    return bool(words) and words[-1] in ("table", "tabletop", "desk", "worktop") and len(words) <= len(_TABLE_PHRASE)
 
 
 def mask_box(mask: Mask) -> Box:

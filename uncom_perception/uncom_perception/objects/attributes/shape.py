@@ -163,10 +163,14 @@ def _split_handle(mask: npt.NDArray[np.uint8], *, options: ShapeOptions = SHAPE)
     if not rest.any():
         return body, 0.0
     count, labels, stats, _ = cv2.connectedComponentsWithStats(rest)
-    if count < 2:
+    if count <= 1:
         return body, 0.0
     distance = cv2.distanceTransform(1 - body, cv2.DIST_L2, 3)
-    reach = [float(distance[labels == i].max()) for i in range(1, count) if stats[i, cv2.CC_STAT_AREA] >= 6]
+    reach = [
+        float(distance[labels == i].max())
+        for i in range(1, count)
+        if stats[i, cv2.CC_STAT_AREA] >= options.least_handle_cells
+    ]
     return body, max(reach, default=0.0) * options.cell_m
 
 
@@ -186,28 +190,28 @@ def _cavity(
     reach = np.zeros(options.sectors, np.float32)
     np.maximum.at(reach, sector, radius)
     reach = np.maximum(reach, 1.0)
-    if reach.mean() * options.cell_m < 0.015:
+    if reach.mean() * options.cell_m < options.least_cavity_radius_m:
         return 0.0, 0.0
     share = radius / reach[sector]
     heights = footprint.height[rows, columns]
     seen = np.isfinite(heights)
     rims = np.full(options.sectors, -np.inf, np.float32)
-    outer = seen & (share > 0.7)
+    outer = seen & (share > options.rim_from)
     np.maximum.at(rims, sector[outer], heights[outer])
     rims = rims[np.isfinite(rims)]
-    middle = share < 0.6
+    middle = share < options.middle_to
     count = np.count_nonzero(middle)
-    if len(rims) < options.sectors // 2 or count < 5:
+    if len(rims) < options.sectors // 2 or count < options.least_middle_points:
         return 0.0, 0.0
     rim = quantile(rims, 60)
     unseen = np.count_nonzero(middle & ~seen)
     low = np.count_nonzero(middle & (heights < rim - max(0.003, 0.12 * height)))
     hollow = (low + unseen) / count
-    inner = heights[seen & (share < 0.9)]
+    inner = heights[seen & (share < options.inner_to)]
     depth = rim - quantile(inner, 5) if len(inner) else 0.0
     if unseen > 0.5 * count:
         depth = max(depth, 0.7 * height)  # so deep that the rim hides the floor
-    return hollow, min(max(depth / max(height, 1e-3), 0.0), 1.0) if hollow > 0.1 else 0.0
+    return hollow, min(max(depth / max(height, 1e-3), 0.0), 1.0) if hollow > options.least_hollowness else 0.0
 
 
 def _curvature(points: npt.NDArray[np.floating], *, options: ShapeOptions = SHAPE) -> float:
@@ -218,13 +222,13 @@ def _curvature(points: npt.NDArray[np.floating], *, options: ShapeOptions = SHAP
     along, across = cosine * x + sine * y, cosine * y - sine * x
     start, end = float(along.min()), float(along.max())
     length = end - start
-    if length < 1e-3:
+    if length < options.least_length_m:
         return 0.0
     bins = ((along - start) * (0.9999 * options.slices / length)).astype(np.uint8)
     order = np.argsort(bins, kind="stable")
     parts = np.split(across[order], np.cumsum(np.bincount(bins, minlength=options.slices))[:-1])
     known = np.array([len(part) > 0 for part in parts])
-    if known.sum() < 5:
+    if known.sum() < options.least_slices:
         return 0.0
     middle = np.array([quantile(part, 50) for part in parts if len(part)])
     t = np.linspace(-1.0, 1.0, options.slices)[known]
@@ -238,18 +242,18 @@ def _profile(points: npt.NDArray[np.floating], viewer: FloatArray, height: float
     center = [float(points[:, k].mean()) for k in (0, 1)]
     ahead, aside = center[0] - float(viewer[0]), center[1] - float(viewer[1])
     norm = math.hypot(ahead, aside)
-    ahead, aside = (ahead / norm, aside / norm) if norm > 1e-3 else (1.0, 0.0)
+    ahead, aside = (ahead / norm, aside / norm) if norm > SHAPE.least_length_m else (1.0, 0.0)
     across = points[:, 1] * np.float32(ahead) - points[:, 0] * np.float32(aside)
     share = points[:, 2] * np.float32(1.0 / max(height, 1e-3))
 
     def width(low: float, high: float) -> float:
         band = across[(share >= low) & (share < high)]
-        if len(band) < 5:
+        if len(band) < SHAPE.least_band_points:
             return float("nan")
         low_end, high_end = quantiles(band, (3, 97))
         return high_end - low_end
 
     top, upper, lower, low = width(0.88, 1.05), width(0.6, 0.75), width(0.25, 0.4), width(0.1, 0.6)
-    neck = top / low if math.isfinite(top) and math.isfinite(low) and low > 0.004 else 1.0
-    taper = upper / lower if math.isfinite(upper) and math.isfinite(lower) and lower > 0.004 else 1.0
+    neck = top / low if math.isfinite(top) and math.isfinite(low) and low > SHAPE.least_width_m else 1.0
+    taper = upper / lower if math.isfinite(upper) and math.isfinite(lower) and lower > SHAPE.least_width_m else 1.0
     return min(max(neck, 0.0), 3.0), min(max(taper, 0.0), 3.0)

@@ -185,7 +185,10 @@ def _merged(
     limit = np.array([shape[1], shape[0], shape[1], shape[0]], dtype=float)
     for score, query, box in sorted(every, key=lambda item: -item[0]):
         cut = np.clip(box, 0.0, limit)
-        if cut[2] - cut[0] < 2.0 or cut[3] - cut[1] < 2.0:
+        if (
+            cut[2] - cut[0] < GROUNDING_DINO_FILTER.least_side_px
+            or cut[3] - cut[1] < GROUNDING_DINO_FILTER.least_side_px
+        ):
             continue
         at = next((i for i, other in enumerate(kept) if _overlap(cut, other) > same), None)
         if at is None:
@@ -217,10 +220,13 @@ def _is_hand(
 
 
 def _is_whole_table(box: Box, table: TableSurface | None) -> bool:
-    if table is None or len(table.image_polygon) < 3:
+    if table is None or len(table.image_polygon) == 0:
         return False
     low, high = table.image_polygon.min(axis=0), table.image_polygon.max(axis=0)
-    return _overlap(np.array([box.x_min, box.y_min, box.x_max, box.y_max]), np.concatenate([low, high])) > 0.8
+    return (
+        _overlap(np.array([box.x_min, box.y_min, box.x_max, box.y_max]), np.concatenate([low, high]))
+        > GROUNDING_DINO_FILTER.table_overlap
+    )
 
 
 def _table_box(boxes: npt.NDArray[np.float64], scores: npt.NDArray[np.float64]) -> TableSurface | None:
@@ -235,14 +241,16 @@ def _geometry(mask: Mask, view: TableView | None) -> Geometry | None:
         return None
     box = mask_slices(mask)
     cloud = clean_points(view.points[box], mask[box])
-    return geometry(cloud, view.ground) if len(cloud) >= 20 else None
+    return geometry(cloud, view.ground) if len(cloud) >= GROUNDING_DINO_FILTER.least_points else None
 
 
 def _colours(
     image_rgb: RgbImage, mask: Mask, gain: float, *, options: DetectionReportOptions = DETECTION_REPORT
 ) -> tuple[Attribute, ...]:
     inner = cv2.erode(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
-    shares = name_colours(image_rgb[inner if np.count_nonzero(inner) > 30 else mask], gain)
+    shares = name_colours(
+        image_rgb[inner if np.count_nonzero(inner) > GROUNDING_DINO_FILTER.least_inner_pixels else mask], gain
+    )
     return tuple(
         Attribute("colour", name, share) for name, share in shares.items() if share >= options.least_colour_share
     )

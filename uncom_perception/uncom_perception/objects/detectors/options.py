@@ -24,12 +24,19 @@ class GroundingDinoFilterOptions:
     max_hand_share: float = tunable(
         0.4, meaning="share of a box covered by a pointing hand above which it is that hand"
     )
+    least_side_px: float = tunable(2.0, unit="px", meaning="smaller boxes are none")
+    table_overlap: float = tunable(0.8, meaning="overlap with the table from which a box is the table")
+    least_points: int = tunable(20, meaning="points in space that a geometry needs")
+    least_inner_pixels: int = tunable(
+        30, unit="px", meaning="pixels away from the mask's border that suffice to name its colour"
+    )
 
 
 @dataclass(frozen=True, slots=True)
 class PictureDetectorOptions:
     """How a table and objects are found by colour alone."""
 
+    least_corners: int = tunable(3, meaning="corners of an outline that encloses anything")
     trust: float = tunable(0.5, meaning="factor on all probabilities where there is no depth")
     chroma_limit: float = tunable(
         9.0, unit="Lab", meaning="pixels this near to the table's colour in a and b are table"
@@ -47,6 +54,9 @@ class PictureDetectorOptions:
     least_table_piece: float = tunable(
         0.004, meaning="share of the picture below which a piece is no part of the table"
     )
+    line_error_px: float = tunable(2.5, unit="px", meaning="distance up to which a point votes for a line")
+    steepest_line: float = tunable(0.5, meaning="slope of the steepest line that may be the table's front edge")
+    least_fit_pixels: int = tunable(200, unit="px", meaning="pixels that a fit of the table's colour needs")
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +80,9 @@ class PicturePieceOptions:
     beyond_edge_heights: float = tunable(
         1.6, meaning="heights of what is seen by which an object may go on beyond the table's edge"
     )
+    least_crossing_px: int = tunable(
+        8, unit="px", meaning="width of the border over which an object goes on beyond the table"
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +95,10 @@ class TabletopDetectorOptions:
     sure_pixels: int = tunable(300, unit="px", meaning="pixels of an object from which its score is 1")
     max_blur: float = tunable(0.5, meaning="greatest share taken to be hidden because the depth is noisy")
     max_colour_pixels: int = tunable(1000, unit="px", meaning="pixels that colours are named by, at most")
+    least_points: int = tunable(20, meaning="points in space of an object")
+    least_inner_pixels: int = tunable(
+        30, unit="px", meaning="pixels away from the mask's border that suffice to name its colour"
+    )
 
 
 DETECTION_REPORT = DetectionReportOptions()

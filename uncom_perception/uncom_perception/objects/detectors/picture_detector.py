@@ -111,7 +111,7 @@ def _region(like: Mask, *, options: PictureDetectorOptions = PICTURE_DETECTOR) -
     """Return the convex outline, filled, of the largest piece of the table that is seen."""
     mask = cv2.morphologyEx(like.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
-    if count < 2:
+    if count <= 1:
         return None
     pieces = np.argsort(-stats[1:, cv2.CC_STAT_AREA])[: options.max_table_pieces] + 1
     table = labels == pieces[0]
@@ -158,7 +158,7 @@ def _above_legs(
             continue
         slope, level = _commonest_line(columns.astype(float), gap[:, columns].argmax(axis=0).astype(float))
         kept = contour[contour[:, 0, 1] < level + slope * contour[:, 0, 0] + 2.0]
-        contour = kept if len(kept) > 2 else contour
+        contour = kept if len(kept) >= options.least_corners else contour
     return contour
 
 
@@ -174,8 +174,8 @@ def _commonest_line(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> t
     i, j = i[apart], j[apart]
     slopes = (y[j] - y[i]) / (x[j] - x[i])
     levels = y[i] - slopes * x[i]
-    votes = np.count_nonzero(np.abs(y - slopes[:, None] * x - levels[:, None]) < 2.5, axis=1)
-    best = int(np.where(np.abs(slopes) < 0.5, votes, -1).argmax())
+    votes = np.count_nonzero(np.abs(y - slopes[:, None] * x - levels[:, None]) < PICTURE_DETECTOR.line_error_px, axis=1)
+    best = int(np.where(np.abs(slopes) < PICTURE_DETECTOR.steepest_line, votes, -1).argmax())
     return float(slopes[best]), float(levels[best])
 
 
@@ -191,7 +191,7 @@ def _even_colour(
     """Fit the table's colour (H, W, 3) as a function of second order of the place; None if little of it is seen."""
     height, width = table.shape
     v, u = np.nonzero(table[:: options.fit_stride, :: options.fit_stride])
-    if len(v) < 200:
+    if len(v) < options.least_fit_pixels:
         return None
     values = lab[:: options.fit_stride, :: options.fit_stride][v, u]
     terms = _terms(2.0 * u * options.fit_stride / width - 1.0, 2.0 * v * options.fit_stride / height - 1.0)

@@ -127,7 +127,7 @@ def _beyond(
     crossing = (
         (cv2.dilate(mask.astype(np.uint8), np.ones((2 * options.edge_px + 1, 1), np.uint8)) > 0) & ~region & ~others
     )
-    if np.count_nonzero(crossing.any(axis=0)) < 8:
+    if np.count_nonzero(crossing.any(axis=0)) < options.least_crossing_px:
         return mask
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     height, width = rows[-1] - rows[0] + 1, columns[-1] - columns[0] + 1

@@ -75,7 +75,11 @@ class TabletopDetector(ObjectDetector):
         gain = exposure(image_rgb)
         masks = find_things(image_rgb, view, hands, gain)
         clouds = [clean_points(points[box], mask[box]) for mask, box in masks]
-        seen = [(*mask, cloud) for mask, cloud in zip(masks, clouds, strict=True) if len(cloud) >= 20]
+        seen = [
+            (*mask, cloud)
+            for mask, cloud in zip(masks, clouds, strict=True)
+            if len(cloud) >= self._options.least_points
+        ]
         hulls = [convex_outline(cloud) for *_, cloud in seen]
         bases = support_heights([cloud for *_, cloud in seen], hulls)
         found = []
@@ -103,5 +107,5 @@ def _surface_pixels(
 ) -> npt.NDArray[np.uint8]:
     """Return a thing's pixels (N, 3) without its border, where the background shines through."""
     inner = np.flatnonzero(cv2.erode(np.ascontiguousarray(mask).view(np.uint8), np.ones((3, 3), np.uint8)))
-    pixels = inner if len(inner) > 30 else np.flatnonzero(mask)
+    pixels = inner if len(inner) > options.least_inner_pixels else np.flatnonzero(mask)
     return np.asarray(image_rgb.reshape(-1, 3)[pixels[:: 1 + len(pixels) // options.max_colour_pixels]])

@@ -10,6 +10,7 @@ from scipy import ndimage
 
 from uncom_perception.hands.landmarks import FINGERS, Landmark
 from uncom_perception.objects.segments.foreground import Surfaces, connected
+from uncom_perception.objects.segments.options import ARM_MASK
 from uncom_perception.types import HandsFrame, Mask
 
 
@@ -25,7 +26,7 @@ def hand_pixels(surfaces: Surfaces, above: Mask, hands: HandsFrame | None, corne
     for hand in hands.hands:
         skeleton, core = _skeleton(hand.landmarks - np.array([*corner, 0.0]), above.shape)
         sample = core & above
-        if sample.sum() < 20:
+        if sample.sum() < ARM_MASK.least_sample_px:
             continue
         skin = _like_sample(surfaces.lab, surfaces.lab[sample])
         candidates = above & (skin | core)
@@ -46,7 +47,7 @@ def bare_skin(lab: npt.NDArray[np.float32], above: Mask, hands: HandsFrame, scal
     mask = np.zeros(above.shape, dtype=bool)
     for hand in hands.hands:
         thick, core = _skeleton(hand.landmarks * scale, above.shape)
-        if core.sum() < 20:
+        if core.sum() < ARM_MASK.least_sample_px:
             continue
         skin = _like_sample(lab, lab[core])
         labels, _ = ndimage.label((above & skin) | core)

@@ -44,13 +44,13 @@ def fill_by_colour(
     if np.count_nonzero(gaps) < options.least_gap_share * area:
         return
     ring = ~hull.view(bool) & ~others
-    if np.count_nonzero(ring) < 50:
+    if np.count_nonzero(ring) < options.least_ring_px:
         return
     inner = cv2.erode(part, np.ones((3, 3), np.uint8)).view(bool)
     window = lab[rows, columns]
     asked, ours = (
         _codes(window[gaps], options=options),
-        _codes(window[inner if np.count_nonzero(inner) > 50 else own], options=options),
+        _codes(window[inner if np.count_nonzero(inner) > options.least_inner_px else own], options=options),
     )
     theirs = _codes(window[::2, ::2][ring[::2, ::2]], options=options)
     like = np.zeros_like(part)

@@ -107,7 +107,7 @@ def join_fragments(
     that are parted (L + 1, L + 1).
     """
     count = regions.count
-    if count < 2:
+    if count <= 1:
         return regions, parted
     cells, ids, level, width = _near_others(
         surfaces.ground_points.reshape(-1, 3)[regions.pixels], regions.ids(), options=fragment_join_options
@@ -117,7 +117,7 @@ def join_fragments(
         return regions, parted
     colours = _label_colours(surfaces, regions)
     groups = _Groups(parted)
-    order = np.argwhere(np.triu(contacts) >= 4)
+    order = np.argwhere(np.triu(contacts) >= fragment_join_options.least_contacts)
     small = regions.sizes < surface_fit_options.fragment_pixels
     small[0] = True
     for i, j in sorted(order.tolist(), key=lambda pair: -int(contacts[pair[0], pair[1]])):
@@ -126,7 +126,7 @@ def join_fragments(
     # A fragment belongs to one thing; it is no bridge between two.
     for i in (np.flatnonzero(small[1:]) + 1).tolist():
         nearest = int(contacts[i].argmax())
-        if contacts[i, nearest] >= 2:
+        if contacts[i, nearest] > 1:
             groups.join(i, nearest)
     return groups.renumbered(regions)
 
@@ -181,11 +181,11 @@ def _contacts(
 
 def alike_colours(a: npt.NDArray[np.floating], b: npt.NDArray[np.floating]) -> bool:
     """Whether two Lab colours may be one surface in light and in shade, where chroma shrinks with lightness."""
-    if abs(float(a[0] - b[0])) > 38.0:
+    if abs(float(a[0] - b[0])) > FRAGMENT_JOIN.lightness_apart:
         return False
     plain = float(np.hypot(*(a[1:] - b[1:])))
     relative = float(np.hypot(*(a[1:] / (a[0] + 12.0) - b[1:] / (b[0] + 12.0))))
-    return plain < 14.0 or relative < 0.22
+    return plain < FRAGMENT_JOIN.colour_apart or relative < FRAGMENT_JOIN.relative_colour_apart
 
 
 def join_hollow(

@@ -95,7 +95,8 @@ def hidden_share(mask: Mask, box: Box, depth: npt.NDArray[np.float32]) -> float:
     v, u = np.nonzero(ring)
     nearer = seen[v, u] < cv2.dilate(own, np.ones((9, 9), np.uint8))[v, u] - np.float32(0.03)
     cut = 0
-    if box[0].start <= 2 or box[1].start <= 2 or box[0].stop > mask.shape[0] - 2 or box[1].stop > mask.shape[1] - 2:
+    border = OBJECT_MASKS.border_px
+    if any(part.start <= border or part.stop > length - border for part, length in zip(box, mask.shape, strict=True)):
         cut += int(mask[:, :2].any(axis=1).sum() + mask[:, -2:].any(axis=1).sum())
         cut += int(mask[:2].any(axis=0).sum() + mask[-2:].any(axis=0).sum())
     outline = float(len(v)) / 2.0 + cut

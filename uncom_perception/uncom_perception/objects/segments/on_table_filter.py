@@ -64,7 +64,7 @@ def is_thing(
         return True
     # Below it are the table, or an arm: not another thing that may hide its foot, nor a shadow of the depth camera.
     free = (labels[below] == 0) & np.isfinite(surfaces.ground_points[..., 2][below])
-    return float(free.mean()) <= 0.5
+    return float(free.mean()) <= options.free_outline
 
 
 def _sides(points: npt.NDArray[np.float32]) -> tuple[float, float]:
@@ -86,22 +86,31 @@ def _on_table(
     inside = apart <= reach.inside_m
     if inside.all():
         return True
-    if np.count_nonzero(apart > reach.followed_m) > 5:
+    if np.count_nonzero(apart > reach.followed_m) > options.few_outside:
         return False  # it comes from far: an arm
     points = surfaces.ground_points.reshape(-1, 3)[pixels]
-    if float(inside.mean()) >= 0.6:
+    if float(inside.mean()) >= options.inside_share:
         outside = points[~inside]
         # An arm reaches in through the air; a pan at the table's edge lies low.
-        return not (max(_sides(outside)) > 0.2 and quantile(outside[:, 2], 50) > options.in_the_air_m)
-    if float((apart <= reach.beside_m).mean()) < 0.9 or quantile(points[:, 2], 4) > 2.0 * options.floating_m:
+        return not (
+            max(_sides(outside)) > options.long_outside_m and quantile(outside[:, 2], 50) > options.in_the_air_m
+        )
+    if (
+        float((apart <= reach.beside_m).mean()) < options.beside_share
+        or quantile(points[:, 2], 4) > 2.0 * options.floating_m
+    ):
         return False
     below = _below(regions.labels, label, box)
     if below is None:
         return False
     heights = surfaces.ground_points[..., 2][below]
     heights = heights[np.isfinite(heights)]
-    level = np.abs(heights) < 0.02
-    return bool(len(heights) >= 5 and level.mean() > 0.5 and (heights < -0.02).mean() < 0.15)
+    level = np.abs(heights) < options.level_m
+    return bool(
+        len(heights) >= options.least_below_px
+        and level.mean() > options.level_share
+        and (heights < options.sunken_m).mean() < options.sunken_share
+    )
 
 
 def _below(
@@ -115,7 +124,7 @@ def _below(
     v, u = np.nonzero(below)
     v, u = v + box[0].start, u + box[1].start
     seen = v < labels.shape[0]
-    return (v[seen], u[seen]) if np.count_nonzero(seen) >= 5 else None
+    return (v[seen], u[seen]) if np.count_nonzero(seen) >= ON_TABLE.least_below_px else None
 
 
 def _around(labels: LabelImage, own: Mask, box: tuple[slice, slice], reach: int) -> tuple[Mask, tuple[slice, slice]]:
@@ -134,7 +143,7 @@ def _unlike_table(
     """Whether a low surface has another colour than the table about it: else it is a dent in the depth."""
     ring, where = _around(labels, own, box, 7)
     ring &= labels[where] == 0
-    if np.count_nonzero(ring) < 20:
+    if np.count_nonzero(ring) < options.least_ring_px:
         return True
     weight = np.array([0.5, 1.0, 1.0], np.float32)
     table = surfaces.lab[where][ring] * weight

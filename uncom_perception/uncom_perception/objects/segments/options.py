@@ -20,6 +20,10 @@ class ColourFillOptions:
     least_gap_share: float = tunable(0.06, meaning="share of the mask's area below which a hole is not filled")
     ring_px: int = tunable(13, unit="px", meaning="width of the ring around an object whose colours are the table's")
     likelihood_ratio: float = tunable(3.0, meaning="how much likelier than the table's the colour of a part has to be")
+    least_ring_px: int = tunable(50, unit="px", meaning="pixels of the ring that the table's colours are taken from")
+    least_inner_px: int = tunable(
+        50, unit="px", meaning="pixels away from the mask's border that suffice for its colours"
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +39,13 @@ class ForegroundOptions:
     least_height_m: float = tunable(
         0.0022, unit="m", meaning="least height over the table of an object's pixels, noise apart"
     )
+
+
+@dataclass(frozen=True, slots=True)
+class ArmMaskOptions:
+    """How hands and forearms are followed by their colour."""
+
+    least_sample_px: int = tunable(20, unit="px", meaning="pixels of a hand that its colour is taken from")
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +77,12 @@ class FragmentJoinOptions:
         0.03, unit="m", meaning="difference of height below which cells are level with one another"
     )
     handle_gap_m: float = tunable(0.02, unit="m", meaning="greatest gap between an object and its handle")
+    least_contacts: int = tunable(4, meaning="cells in which fragments meet that are joined")
+    lightness_apart: float = tunable(
+        38.0, unit="Lab", meaning="difference of lightness from which fragments are not alike"
+    )
+    colour_apart: float = tunable(14.0, unit="Lab", meaning="difference of a and b up to which fragments are alike")
+    relative_colour_apart: float = tunable(0.22, meaning="the same as a share of the lightness")
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +97,9 @@ class ObjectMaskOptions:
     )
     margins_m: tuple[float, float, float] = tunable(
         (0.03, 0.15, 0.25 - 0.02), unit="m", meaning="margins around the table, see Reach"
+    )
+    border_px: int = tunable(
+        2, unit="px", meaning="distance from the picture's border within which an object is cut off"
     )
 
 
@@ -103,6 +123,23 @@ class OnTableOptions:
     sliver_pixels: int = tunable(
         150, unit="px", meaning="smaller pieces along another object's outline are of that object, or of what it hides"
     )
+    free_outline: float = tunable(
+        0.5, meaning="share of a low object's outline that is table, from which it is an object"
+    )
+    few_outside: int = tunable(
+        5, unit="px", meaning="pixels beyond what is followed that show something to come from outside"
+    )
+    inside_share: float = tunable(0.6, meaning="share of an object's points over the table from which it stands on it")
+    long_outside_m: float = tunable(
+        0.2, unit="m", meaning="length beyond the table from which what hangs in the air is an arm"
+    )
+    beside_share: float = tunable(0.9, meaning="share of points near the table that an object at its edge has")
+    level_m: float = tunable(0.02, unit="m", meaning="height below which what is under an object is table")
+    least_below_px: int = tunable(5, unit="px", meaning="pixels below an object that tell what it stands on")
+    level_share: float = tunable(0.5, meaning="share of them that is level with the table")
+    sunken_m: float = tunable(-0.02, unit="m", meaning="height below which they are lower than the table")
+    sunken_share: float = tunable(0.15, meaning="greatest share of them that is lower")
+    least_ring_px: int = tunable(20, unit="px", meaning="pixels around an object that tell the table's colour")
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,6 +205,10 @@ class SurfaceFitOptions:
     bottle_neck_share: float = tunable(0.5, meaning="greatest height of a neck as a share of the body's")
     top_m: float = tunable(0.012, unit="m", meaning="thickness of the layer of points that is a top")
     top_width_m: float = tunable(0.028, unit="m", meaning="least width of a top")
+    lowest_handle_m: float = tunable(0.02, unit="m", meaning="a handle begins at least so high")
+    widest_handle_m: float = tunable(0.05, unit="m", meaning="greatest width of a handle")
+    least_top_points: int = tunable(10, meaning="points that a top needs")
+    least_corners: int = tunable(3, meaning="corners of an outline that encloses anything")
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,10 +234,12 @@ class WallOptions:
     least_share: float = tunable(0.35, meaning="share of a surface's points that a wall holds at least")
     points: int = tunable(1500, meaning="points that are looked at")
     tries: int = tunable(60, meaning="random lines that are tried")
+    least_corners: int = tunable(3, meaning="corners of an outline that encloses anything")
 
 
 COLOUR_FILL = ColourFillOptions()
 FOREGROUND = ForegroundOptions()
+ARM_MASK = ArmMaskOptions()
 CAVITY = CavityOptions()
 FRAGMENT_JOIN = FragmentJoinOptions()
 OBJECT_MASKS = ObjectMaskOptions()

@@ -38,12 +38,12 @@ def is_handle(
     Of that thing as much must be seen, or a part if their colours are alike.
     """
     least = options.holds_alike if alike else options.holds
-    if quantile(mine[:, 2], 5) < 0.02 or len(theirs) < least * len(mine):
+    if quantile(mine[:, 2], 5) < options.lowest_handle_m or len(theirs) < least * len(mine):
         return False
     width, length = sorted(cv2.minAreaRect(cv2.convexHull(np.ascontiguousarray(mine[:, :2])))[1])
     hull = cv2.convexHull(np.ascontiguousarray(theirs[:, :2]))
     middle = mine[:, :2].mean(axis=0)
-    if width > 0.05 or length < 2.0 * width or quantile(mine[:, 2], 95) > options.highest_handle_m:
+    if width > options.widest_handle_m or length < 2.0 * width or quantile(mine[:, 2], 95) > options.highest_handle_m:
         return False
     gap = -cv2.pointPolygonTest(hull, (float(middle[0]), float(middle[1])), True)
     return bool(0.0 < gap < 0.5 * length + 0.03)
@@ -93,7 +93,7 @@ def is_floor(
 def _share_within(points: npt.NDArray[np.float32], others: npt.NDArray[np.float32]) -> float:
     """Return the share of points (N, 3) within the convex outline of others (M, 3), seen from above."""
     hull = cv2.convexHull(np.ascontiguousarray(others[:, :2]))[:, 0].astype(float)
-    if len(hull) < 3:
+    if len(hull) < SURFACE_FIT.least_corners:
         return 0.0
     some = points[:: max(1, len(points) // 200), :2]
     return float(shapely.contains_xy(Polygon(hull), some[:, 0], some[:, 1]).mean())
@@ -129,7 +129,7 @@ def has_top(points: npt.NDArray[np.float32], *, options: SurfaceFitOptions = SUR
     """Whether points (N, 3) end in a surface seen from above, as solid things do, and not in a rim."""
     high = points[points[:, 2] > quantile(points[:, 2], 98) - options.top_m]
     hull = cv2.convexHull(np.ascontiguousarray(high[:, :2]))
-    if len(high) < 10 or min(cv2.minAreaRect(hull)[1]) < options.top_width_m:
+    if len(high) < options.least_top_points or min(cv2.minAreaRect(hull)[1]) < options.top_width_m:
         return False
     column, row = (np.floor(high[:, axis] / np.float32(options.cell_m)).astype(np.int64) for axis in (0, 1))
     cells = len(np.unique(column * 100_000 + row))

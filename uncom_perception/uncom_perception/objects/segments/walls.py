@@ -41,7 +41,7 @@ def _wall(
     points: FloatArray, outline: FloatArray, *, options: WallOptions = WALLS
 ) -> tuple[npt.NDArray[np.float64], float] | None:
     """Return normal (2,) and offset [m] of a wall among points (N, 3), the table (N, 2) before it; None without one."""
-    if len(points) < 3 or quantile(points[:, 2], 98) < options.least_height_m:
+    if len(points) < options.least_corners or quantile(points[:, 2], 98) < options.least_height_m:
         return None
     flat = points[:, :2]
     if max(cv2.minAreaRect(flat.astype(np.float32))[1]) < options.least_length_m:

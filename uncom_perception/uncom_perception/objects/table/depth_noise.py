@@ -45,7 +45,7 @@ def measure_noise(
         wide[:: options.noise_stride, :: options.noise_stride][some],
         depth[:: options.noise_stride, :: options.noise_stride][some],
     )
-    if len(heights) < 200:
+    if len(heights) < options.least_pixels:
         return NoiseModel(0.0, 0.0, 0.002)
     level, floor = lowest_layer(heights)
     edges = np.quantile(depths[:: max(1, len(depths) // 2000)], np.linspace(0.0, 1.0, options.bands + 1))
@@ -53,7 +53,7 @@ def measure_noise(
     for near, far in itertools.pairwise(edges.tolist()):
         band = heights[(depths >= near) & (depths <= far)]
         below = band[band < level]
-        if len(below) > 30:
+        if len(below) > options.least_band_pixels:
             scales.append(1.4826 * (level - quantile(below, 50)) / (0.5 * (near + far)) ** 2)
     scale = float(np.median(scales)) if scales else floor
     middle = quantile(depths, 50)
@@ -70,7 +70,7 @@ def bow(
     rows, columns = height.shape
     v, u = np.nonzero(np.abs(height[:: options.bow_stride, :: options.bow_stride]) < options.far_off_m)
     sure = on_table[:: options.bow_stride, :: options.bow_stride][v, u]
-    if np.count_nonzero(sure) < 200:
+    if np.count_nonzero(sure) < options.least_pixels:
         return None
     values = height[:: options.bow_stride, :: options.bow_stride][v, u].astype(float)
     terms = _terms(2.0 * u * options.bow_stride / columns - 1.0, 2.0 * v * options.bow_stride / rows - 1.0)
@@ -85,7 +85,7 @@ def bow(
         rest = values - fitted
         spread = 1.4826 * quantile(np.abs(rest[keep]), 50)
         keep = (rest > -3.0 * spread) & (rest < 2.0 * spread)
-        if np.count_nonzero(keep) < 120:
+        if np.count_nonzero(keep) < options.least_fit_pixels:
             return None
     if float(np.ptp(fitted[keep])) < options.least_bow_m or float(np.abs(fitted[keep]).max()) > options.far_off_m:
         return None

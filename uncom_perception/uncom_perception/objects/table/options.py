@@ -26,6 +26,9 @@ class DepthNoiseOptions:
     )
     bow_stride: int = tunable(8, unit="px", meaning="every so manieth pixel is used for the bow")
     noise_stride: int = tunable(4, unit="px", meaning="every so manieth pixel is used for the noise")
+    least_pixels: int = tunable(200, unit="px", meaning="pixels of the table that noise is measured on")
+    least_band_pixels: int = tunable(30, unit="px", meaning="pixels of a band of distance")
+    least_fit_pixels: int = tunable(120, unit="px", meaning="pixels that a bow is fitted to")
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +54,13 @@ class TableOutlineOptions:
     cell_m: float = tunable(0.005, unit="m", meaning="edge of the cells of the map of distances to the table")
     seen_through_share: float = tunable(
         0.01, meaning="share of pixels below the plane from which a hull is no table top"
+    )
+    outside_share: float = tunable(
+        0.35, meaning="share of a hull outside the known table from which it is contradicted"
+    )
+    below_m: float = tunable(-0.03, unit="m", meaning="height below which pixels are seen through the plane")
+    least_distance_m: float = tunable(
+        0.05, unit="m", meaning="distance from the camera below which an outline is cut off"
     )
 
 
@@ -86,6 +96,16 @@ class TablePlaneOptions:
         0.0001,
         unit="rad",
         meaning="a round of the fit that turns, or shifts [m], the plane by less is the last (0.1 mm at its end)",
+    )
+    least_points: int = tunable(200, meaning="known points that a picture needs")
+    least_inliers: int = tunable(30, meaning="inliers that a plane needs")
+    few_points: int = tunable(20, meaning="fewer points are not fitted")
+    fine_layer_m: float = tunable(
+        0.0008, unit="m", meaning="distance from the layer within which its height is measured, finer than the bins"
+    )
+    least_below: int = tunable(10, meaning="points below the layer that tell its noise")
+    least_area_m2: float = tunable(
+        1e-4, unit="m^2", meaning="area below which three points lie on a line, or too near one another"
     )
 
 

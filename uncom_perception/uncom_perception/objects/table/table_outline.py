@@ -68,7 +68,7 @@ def table_pixels(height: npt.NDArray[np.float32], sigma_m: float) -> Mask:
     # Half the pixels a row and half the rows tell the large pieces.
     half = cv2.morphologyEx(np.ascontiguousarray(mask[::2, ::2]), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(half, connectivity=4)
-    if count < 2:
+    if count <= 1:
         return np.zeros(height.shape, dtype=bool)
     areas = stats[1:, cv2.CC_STAT_AREA]
     keep = np.concatenate([[0], areas > max(40, 0.01 * areas.max())]).astype(np.uint8)[labels]
@@ -122,14 +122,14 @@ def _contradicted(
     grid = origin + s[:, None, None] * a + s[None, :, None] * b
     flat = grid.reshape(-1, 2)
     outside = ~shapely.contains_xy(Polygon(hull).buffer(0.01), flat[:, 0], flat[:, 1])
-    if outside.mean() > 0.35:
+    if outside.mean() > options.outside_share:
         return True
     frame = apply(invert(ground.to_ground), np.column_stack([flat[outside], np.zeros(outside.sum())]))
     pixels = np.round(np.nan_to_num(camera.project(apply(frame_to_camera, frame)), nan=-1.0)).astype(int)
     u, v = pixels[:, 0], pixels[:, 1]
     inside = (u >= 0) & (v >= 0) & (u < camera.width) & (v < camera.height)
     height = ground_points[v[inside], u[inside], 2]
-    return float((height < -0.03).sum()) / len(flat) > options.seen_through_share
+    return float((height < options.below_m).sum()) / len(flat) > options.seen_through_share
 
 
 def _image_polygon(corners_camera: FloatArray, camera: PinholeCamera) -> FloatArray:
@@ -137,7 +137,7 @@ def _image_polygon(corners_camera: FloatArray, camera: PinholeCamera) -> FloatAr
     steps = np.linspace(0.0, 1.0, 20, endpoint=False)[:, None]
     edges = [a + steps * (b - a) for a, b in zip(corners_camera, np.roll(corners_camera, -1, axis=0), strict=True)]
     dense = np.concatenate(edges)
-    pixels = camera.project(dense[dense[:, 2] > 0.05])
+    pixels = camera.project(dense[dense[:, 2] > TABLE_OUTLINE.least_distance_m])
     shape = Polygon(pixels).buffer(0) & shapely_box(0, 0, camera.width - 1, camera.height - 1)
     outer = shape.simplify(0.5)
     if not isinstance(outer, Polygon) or outer.is_empty:

@@ -40,11 +40,11 @@ class _PlaneModel:
         self.params: tuple[FloatArray, float] | None = None
 
     def estimate(self, data: FloatArray) -> bool:
-        if len(data) == 3:
+        if data.shape == (3, 3):
             (ax, ay, az), (bx, by, bz) = (data[1] - data[0]).tolist(), (data[2] - data[0]).tolist()
             normal = np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
             length = math.sqrt(float(normal @ normal))
-            if length < 1e-4:  # the three lie on a line, or too near one another
+            if length < TABLE_PLANE.least_area_m2:  # the three lie on a line, or too near one another
                 return False
             normal = normal / length
             center = data[0]
@@ -89,7 +89,7 @@ def find_table_plane(
         z = flat @ up
         flat = flat[(z > options.least_table_z_m) & (z < options.greatest_table_z_m)]
     rng = np.random.default_rng(seed)
-    if len(flat) < 200:
+    if len(flat) < options.least_points:
         raise TableNotFoundError("no table seen: too few points with depth; look at the table from 0.4 to 2 m")
     total = len(flat)
     best: Plane | None = None
@@ -152,7 +152,7 @@ def _fit_once(
             stop_probability=0.999,
             rng=rng,
         )
-    if not model or inliers is None or inliers.sum() < 30:
+    if not model or inliers is None or inliers.sum() < options.least_inliers:
         return None
     normal, offset = model.params
     # In the camera's own frame the camera is at the origin, and sees the table from above whichever way up it is held.
@@ -173,7 +173,7 @@ def _refined(flat: FloatArray, normal: FloatArray, offset: float, *, options: Ta
         level, sigma = lowest_layer(height[np.abs(height) < 2.0 * options.inlier_m], options=options)
         reach = float(np.clip(2.2 * sigma, 0.0015, 0.02))
         near = flat[np.abs(height - level) < reach]
-        if len(near) < 20:
+        if len(near) < options.few_points:
             break
         center = near.mean(axis=0)
         before = normal, offset
@@ -190,7 +190,7 @@ def lowest_layer(heights: npt.NDArray[np.floating], *, options: TablePlaneOption
 
     Where two layers are dense (a large plate on a small table), the lower one of comparable weight is the table.
     """
-    if len(heights) < 20:
+    if len(heights) < options.few_points:
         return 0.0, options.inlier_m
     bins = ((heights + options.layer_m) * (1.0 / options.layer_bin_m)).astype(np.int32)[
         np.abs(heights) < options.layer_m
@@ -202,7 +202,9 @@ def lowest_layer(heights: npt.NDArray[np.floating], *, options: TablePlaneOption
     run = dense[dense - first == np.arange(len(dense))]
     peak = int(run[smooth[run].argmax()])
     level = (peak + 0.5) * options.layer_bin_m - options.layer_m
-    level = quantile(heights[np.abs(heights - level) < 0.0008], 50)  # finer than the bins, where noise is small
+    level = quantile(
+        heights[np.abs(heights - level) < options.fine_layer_m], 50
+    )  # finer than the bins, where noise is small
     below = heights[heights <= level]
-    sigma = 1.4826 * (level - quantile(below, 50)) if len(below) > 10 else options.inlier_m
+    sigma = 1.4826 * (level - quantile(below, 50)) if len(below) > options.least_below else options.inlier_m
     return level, max(sigma, 0.0002)

@@ -184,7 +184,7 @@ def _overlap(body: Geometry, model: ObjectModel, *, options: ModelFitOptions = M
     """Return the share of the model that lies in the thing's box, or how near its origin is to it without a mesh."""
     half = body.size / 2.0 + options.margin_m
     points: FloatArray = model.pose[:3, 3][None]
-    if len(model.vertices) >= 4:
+    if len(model.vertices) >= options.least_vertices:
         points = apply(model.pose, model.vertices[:: max(1, len(model.vertices) // 300)])
     local = np.abs(apply(invert(body.pose), points))
     if len(points) == 1:

@@ -79,7 +79,7 @@ class ObjectTracker:
         moved = []
         cost = np.where(distance < reach, distance / reach - 0.5 * likeness, 10.0)
         for i, j in zip(*linear_sum_assignment(cost), strict=True):
-            if cost[i, j] < 5.0:
+            if cost[i, j] < self._options.greatest_cost:
                 names[int(i)] = tracks[j].name
                 if distance[i, j] > self._options.moved_m:
                     moved.append(tracks[j].name)

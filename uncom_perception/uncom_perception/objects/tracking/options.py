@@ -28,6 +28,7 @@ class ModelFitOptions:
     )
     fits_m: float = tunable(0.006, unit="m", meaning="mean distance of what is seen from the mesh up to which it fits")
     farthest_m: float = tunable(0.04, unit="m", meaning="how far a mesh may be shifted")
+    least_vertices: int = tunable(4, meaning="vertices of a mesh that encloses anything")
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +43,7 @@ class TrackerOptions:
     gone_share: float = tunable(0.6, meaning="share of the places that it was seen at")
     alike: float = tunable(0.45, meaning="least likeness of an object that moved")
     sample: int = tunable(150, meaning="points of an object that are looked at")
+    greatest_cost: float = tunable(5.0, meaning="cost of a match above which an object is a new one")
 
 
 MODEL_FIT = ModelFitOptions()
