@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from uncom_perception.exceptions import InvalidLexiconError
 from uncom_perception.objects.attributes.colour import COLOUR_NAMES, name_colours
-from uncom_perception.objects.attributes.lexicon import Noun, ThingClass, load_lexicon
+from uncom_perception.objects.attributes.lexicon import Noun, ObjectClass, load_lexicon
 from uncom_perception.objects.attributes.phrase_matcher import PhraseMatcher
 from uncom_perception.objects.attributes.shape import Shape, measure
 
@@ -80,7 +80,7 @@ def test_plurals_aliases_and_many_words_are_known():
     lexicon = load_lexicon()
     assert isinstance(lexicon.find("bananas"), Noun)
     assert lexicon.find("skillets").name == "frying pan"
-    assert isinstance(lexicon.find("dishes"), ThingClass)
+    assert isinstance(lexicon.find("dishes"), ObjectClass)
     assert PhraseMatcher(lexicon).parse("the big red cereal box").noun.name == "cereal box"
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Node that finds things on the table: services /uncom/detect, /uncom/segment and /uncom/estimate_depth."""
+"""Node that finds objects on the table: services /uncom/detect, /uncom/segment and /uncom/estimate_depth."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from uncom_common.camera import PinholeCamera
 
 from uncom_perception.exceptions import InvalidImageError
-from uncom_perception.image_types import DepthImage, FloatArray, RgbImage, check_rgb
+from uncom_perception.image_arrays import DepthImage, FloatArray, RgbImage, check_rgb
 
 
 @dataclass(frozen=True, slots=True)

@@ -89,7 +89,7 @@ class Attribute:
 
 @dataclass(frozen=True, slots=True)
 class Geometry:
-    """A thing in space [m].
+    """An object in space [m].
 
     Centroid (3,), oriented box (yaw only) as pose (4, 4) of its centre and size (3,), cloud (N, 3).
     """
@@ -102,9 +102,9 @@ class Geometry:
 
 @dataclass(frozen=True, slots=True)
 class ObjectModel:
-    """A thing's 6-DoF pose (4, 4) by an outside estimator, and its mesh.
+    """An object's 6-DoF pose (4, 4) by an outside estimator, and its mesh.
 
-    Vertices (N, 3) in the thing's own frame [m], triangles (M, 3) of their indices; empty where there is no mesh.
+    Vertices (N, 3) in the object's own frame [m], triangles (M, 3) of their indices; empty where there is no mesh.
     """
 
     label: str
@@ -116,9 +116,9 @@ class ObjectModel:
 
 @dataclass(frozen=True, slots=True)
 class Detection:
-    """One thing seen in one image; phrase_scores follow the order of the phrases asked for.
+    """One object seen in one image; phrase_scores follow the order of the phrases asked for.
 
-    track is its name over images, empty where nothing follows things; model is what an outside estimator knows of it.
+    track is its name over images, empty where nothing follows objects; model is what an outside estimator knows of it.
     """
 
     id: str
@@ -152,7 +152,7 @@ class TableSurface:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What a detector answers: things, the table (or None), and per phrase the probability that nothing here is meant.
+    """What a detector answers: objects, the table (or None), and per phrase the probability that nothing here is meant.
 
     frame_id is the base frame where the camera's pose was given, else the camera's optical frame. Tracks that are gone
     from where they were, or elsewhere, are named.

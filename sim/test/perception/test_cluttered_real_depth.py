@@ -10,7 +10,7 @@ from perception_scenes import CAMERA, POSE, camera_pose, overlap, plain_table
 from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
 from uncom_perception.objects.segments.patch_merging import borders, evidence, merged
 from uncom_perception.objects.segments.surface_patches import patches_of
-from uncom_perception.objects.table.flying_pixels import without_flying
+from uncom_perception.objects.table.depth_cleaning import without_flying
 from uncom_perception.rgbd_frame import RgbdFrame
 
 

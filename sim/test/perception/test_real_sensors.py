@@ -9,7 +9,7 @@ import pytest
 from perception_scenes import CAMERA, POSE, camera_pose, overlap, plain_table
 from uncom_perception.objects import detect_in_image
 from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
-from uncom_perception.objects.table.pinholes import without_pinholes
+from uncom_perception.objects.table.depth_cleaning import without_pinholes
 from uncom_perception.rgbd_frame import RgbdFrame
 
 BLOCKS = [

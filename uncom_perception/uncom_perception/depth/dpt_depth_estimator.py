@@ -13,7 +13,7 @@ from uncom_common.pretrained_models import load_with_processor, pick_device, req
 from uncom_perception.depth.depth_estimator import DepthEstimator
 from uncom_perception.depth.options import DEPTH_SCALE, DepthScaleOptions
 from uncom_perception.exceptions import TableNotFoundError
-from uncom_perception.image_types import check_rgb
+from uncom_perception.image_arrays import check_rgb
 from uncom_perception.objects.table.table_plane import find_table_plane
 
 DEFAULT_MODEL = "facebook/dpt-dinov2-small-nyu"

@@ -16,7 +16,7 @@ from uncom_common.camera import PinholeCamera
 
 from uncom_perception.hands.detector import RawHand
 from uncom_perception.hands.options import FINGER_DEPTH, FingerDepthOptions
-from uncom_perception.image_types import FloatArray
+from uncom_perception.image_arrays import FloatArray
 
 DepthImage = npt.NDArray[np.float32]
 

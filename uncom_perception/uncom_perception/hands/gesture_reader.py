@@ -18,7 +18,7 @@ from uncom_perception.hands.styles.flat_hand import HandStyle
 from uncom_perception.hands.styles.index import IndexStyle
 from uncom_perception.hands.styles.style import PointingStyle, hand_pose
 from uncom_perception.hands.styles.two_fingers import TwoFingersStyle
-from uncom_perception.image_types import RgbImage
+from uncom_perception.image_arrays import RgbImage
 from uncom_perception.types import Hand, HandsFrame, PointingRay
 
 STYLES: dict[str, type[PointingStyle]] = {style.name: style for style in (IndexStyle, TwoFingersStyle, HandStyle)}

@@ -14,7 +14,7 @@ from uncom_perception.hands.image_views import View, around, from_afar, second_l
 from uncom_perception.hands.landmarks import Landmark
 from uncom_perception.hands.motion_detection import MotionWatch, Newcomer
 from uncom_perception.hands.options import HAND_FINDER, HandFinderOptions
-from uncom_perception.image_types import FloatArray, RgbImage, check_rgb
+from uncom_perception.image_arrays import FloatArray, RgbImage, check_rgb
 
 
 class HandFinder:

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from uncom_perception.hands.options import IMAGE_NOISE, ImageNoiseOptions
-from uncom_perception.image_types import RgbImage
+from uncom_perception.image_arrays import RgbImage
 
 _MEDIAN_OF_NORMAL = 0.6745
 

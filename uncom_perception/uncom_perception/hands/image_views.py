@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from uncom_perception.hands.detector import RawHand
-from uncom_perception.image_types import RgbImage
+from uncom_perception.image_arrays import RgbImage
 
 FloatArray = npt.NDArray[np.float64]
 

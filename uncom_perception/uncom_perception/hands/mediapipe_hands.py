@@ -10,7 +10,7 @@ import numpy as np
 
 from uncom_perception.exceptions import BackendUnavailableError
 from uncom_perception.hands.detector import HandDetector, RawHand
-from uncom_perception.image_types import RgbImage, check_rgb
+from uncom_perception.image_arrays import RgbImage, check_rgb
 
 
 class MediaPipeHands(HandDetector):

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from uncom_perception.hands.options import MOTION, MotionOptions
-from uncom_perception.image_types import FloatArray, RgbImage
+from uncom_perception.image_arrays import FloatArray, RgbImage
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class MotionWatch:
         self.quiet = False  # whether the last picture was that of the scene as it is known
 
     def changed(self, image_rgb: RgbImage) -> Newcomer | None:
-        """Return the largest thing that was not there before, or None; a moved camera starts anew."""
+        """Return the largest object that was not there before, or None; a moved camera starts anew."""
         small = _reduced(image_rgb, options=self._options)
         self.quiet = False
         if self._background is None or self._background.shape != small.shape:

@@ -11,7 +11,7 @@ from uncom_common.camera import PinholeCamera
 
 from uncom_perception.hands.detector import RawHand
 from uncom_perception.hands.options import POINTING_RAY, PointingRayOptions
-from uncom_perception.image_types import FloatArray
+from uncom_perception.image_arrays import FloatArray
 from uncom_perception.types import MetricRay, PointingRay
 
 DepthImage = npt.NDArray[np.float32]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Things on a table, found and named; importing this loads no models."""
+"""Objects on a table, found and named; importing this loads no models."""
 
 from uncom_perception.objects.detectors.detect_in_image import detect_in_image, scene_to_json
 

@@ -17,7 +17,7 @@ DepthImage = npt.NDArray[np.float32]
 
 
 class Segmenter(ABC):
-    """Gives the mask of the thing at a point or in a box."""
+    """Gives the mask of the object at a point or in a box."""
 
     @property
     @abstractmethod

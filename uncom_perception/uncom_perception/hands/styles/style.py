@@ -12,7 +12,7 @@ import numpy as np
 from uncom_perception.hands.detector import RawHand
 from uncom_perception.hands.landmarks import FINGERS, Landmark
 from uncom_perception.hands.styles.options import POINTING_STYLE, PointingStyleOptions
-from uncom_perception.image_types import FloatArray
+from uncom_perception.image_arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True)

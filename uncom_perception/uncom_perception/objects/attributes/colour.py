@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.image_arrays import quantiles
 from uncom_perception.objects.attributes.options import COLOUR_NAMING, ColourNamingOptions
-from uncom_perception.objects.table.order_statistics import quantiles
 
 FloatArray = npt.NDArray[np.float64]
 RgbImage = npt.NDArray[np.uint8]
@@ -130,14 +130,14 @@ def _lift(pixels: npt.NDArray[np.uint8], *, options: ColourNamingOptions = COLOU
     for code in np.flatnonzero(np.bincount(kind) >= max(25, 0.04 * len(pixels))):
         own = kind == code
         middle, light = quantiles(value[own], (50, 97))
-        # Where little of a thing is lit, its lightest pixels are a mixture with shade: it is lighter than they are.
+        # Where little of an object is lit, its lightest pixels are a mixture with shade: it is lighter than they are.
         light *= 1.0 + 0.5 * (1.0 - middle / max(light, 1.0))
         factor[own] = np.clip(light / np.maximum(value[own], 1.0), 1.0, options.deepest_shade)
     return factor
 
 
 def colour_probability(shares: Mapping[str, float], name: str) -> float:
-    """Return how well a thing with these shares is called by a colour: fully if that is its main colour."""
+    """Return how well an object with these shares is called by a colour: fully if that is its main colour."""
     return float(colour_probabilities(shares)[COLOUR_NAMES.index(name)])
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Words for things, described by what can be measured; see lexicon.yaml."""
+"""Words for objects, described by what can be measured; see lexicon.yaml."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from uncom_perception.objects.attributes.shape import Shape
 
 FloatArray = npt.NDArray[np.float64]
 
-#: What measures of household things range over; how special a range is, is its share of this (on a log scale if > 0).
+#: What measures of household objects range over; how special a range is, is its share of this (on a log scale if > 0).
 _BOUNDS: dict[str, tuple[float, float]] = {
     "length": (0.03, 0.4),
     "width": (0.01, 0.3),
@@ -45,7 +45,7 @@ _ABSOLUTE_SOFTNESS = {"handle": 0.008, "curvature": 0.03, "hollowness": 0.08, "c
 
 @dataclass(frozen=True, slots=True)
 class Noun:
-    """What one word for a thing means; loosely it is used for other nouns, too, where nothing is plainly called so."""
+    """What one word for an object means; loosely it is used for other nouns, where nothing is plainly called so."""
 
     name: str
     aliases: tuple[str, ...] = ()
@@ -57,16 +57,16 @@ class Noun:
 
 
 @dataclass(frozen=True, slots=True)
-class ThingClass:
-    """A word for a kind of things; fits everything if all_things."""
+class ObjectClass:
+    """A word for a kind of objects; fits everything if told so."""
 
     name: str
     aliases: tuple[str, ...] = ()
-    all_things: bool = False
+    fits_everything: bool = False
 
 
 class Likelihoods:
-    """How likely the measures of a thing are for every noun at once."""
+    """How likely the measures of an object are for every noun at once."""
 
     def __init__(self, nouns: Mapping[str, Noun], *, options: NounLikelihoodOptions = NOUN_LIKELIHOOD) -> None:
         """Put the ranges of all nouns into arrays (nouns, measures)."""
@@ -95,8 +95,8 @@ class Likelihoods:
     ) -> tuple[FloatArray, FloatArray]:
         """Return how likely the measures make each noun (N,), and how well they keep to its description (N,).
 
-        Both are logarithms: P(measures | noun) / P(measures | any thing), and 0 for a perfect fit. Of a thing that is
-        partly hidden (0 to 1) all measures but the height say less.
+        Both are logarithms: P(measures | noun) / P(measures | any object), and 0 for a perfect fit. Of an object
+        that is partly hidden (0 to 1) all measures but the height say less.
         """
         total = np.zeros(len(self.names))
         kept = np.zeros(len(self.names))
@@ -117,19 +117,19 @@ class Lexicon:
     """All words; finds one by any of its names."""
 
     nouns: Mapping[str, Noun]
-    classes: Mapping[str, ThingClass]
+    classes: Mapping[str, ObjectClass]
 
-    def find(self, words: str) -> Noun | ThingClass | None:
+    def find(self, words: str) -> Noun | ObjectClass | None:
         """Return what a noun of one or more words (singular or plural) means, or None."""
         for name in _singulars(words):
-            entries: list[Noun | ThingClass] = [*self.nouns.values(), *self.classes.values()]
+            entries: list[Noun | ObjectClass] = [*self.nouns.values(), *self.classes.values()]
             for entry in entries:
                 if name == entry.name or name in entry.aliases:
                     return entry
         return None
 
     def same(self, one: str, other: str) -> bool:
-        """Whether two words mean the same kind of thing."""
+        """Whether two words mean the same kind of object."""
         a, b = one.lower().replace("_", " ").strip(), other.lower().replace("_", " ").strip()
         first = self.find(a)
         return a == b or (first is not None and first == self.find(b))
@@ -166,7 +166,7 @@ def _parsed(text: str, name: str) -> Lexicon:
     classes = {}
     for key, value in (data.get("classes") or {}).items():
         entry = _mapping(value, name, key, {"aliases", "all"})
-        classes[str(key)] = ThingClass(str(key), tuple(entry.get("aliases") or ()), bool(entry.get("all", False)))
+        classes[str(key)] = ObjectClass(str(key), tuple(entry.get("aliases") or ()), bool(entry.get("all", False)))
     return Lexicon(nouns, classes)
 
 

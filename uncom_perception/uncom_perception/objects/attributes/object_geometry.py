@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A thing in space: its cloud and its oriented box."""
+"""An object in space: its cloud and its oriented box."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 from uncom_common.transforms import apply, invert
 
+from uncom_perception.image_arrays import quantile
 from uncom_perception.objects.attributes.options import OBJECT_GEOMETRY, ObjectGeometryOptions
-from uncom_perception.objects.table.order_statistics import quantile
 from uncom_perception.objects.table.table_outline import Ground
 from uncom_perception.types import Geometry, Mask
 
@@ -23,7 +23,7 @@ Outline = npt.NDArray[np.float32]
 def clean_points(
     ground_points: PointImage, mask: Mask, *, options: ObjectGeometryOptions = OBJECT_GEOMETRY
 ) -> npt.NDArray[np.float32]:
-    """Return a thing's points (N, 3) on the ground, without the flying ones that depth cameras see at edges."""
+    """Return an object's points (N, 3) on the ground, without the flying ones that depth cameras see at edges."""
     pixels = np.flatnonzero(mask)
     pixels = pixels[:: 1 + len(pixels) // options.max_points]
     points = ground_points.reshape(-1, 3)[pixels]
@@ -58,7 +58,7 @@ def _without_strays(
 def _without_trail(
     points: npt.NDArray[np.float32], *, options: ObjectGeometryOptions = OBJECT_GEOMETRY
 ) -> npt.NDArray[np.float32]:
-    """Drop the points (N, 3) that trail along the table behind a tall thing, where its edge is smeared."""
+    """Drop the points (N, 3) that trail along the table behind a tall object, where its edge is smeared."""
     height = quantile(points[:, 2], 98)
     low = points[:, 2] < max(options.trail_height_m, options.trail_height_share * height)
     if height < options.tall_m or not low.any() or np.count_nonzero(low) > 0.5 * len(points):
@@ -86,9 +86,9 @@ def convex_outline(points: npt.NDArray[np.float32]) -> Outline:
 
 
 def support_heights(clouds: Sequence[npt.NDArray[np.float32]], hulls: Sequence[Outline]) -> list[float]:
-    """Return the height at which each thing stands: 0, or the floor of what it lies in or on.
+    """Return the height at which each object stands: 0, or the floor of what it lies in or on.
 
-    Things are given by points (N, 3) and convex outlines.
+    Objects are given by points (N, 3) and convex outlines.
     """
     areas = [cv2.contourArea(hull) for hull in hulls]
     floors = [quantile(cloud[:, 2], 5) for cloud in clouds]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How well phrases fit things: "the biggest red bowl" -> a probability for each thing, and for none of them."""
+"""How well phrases fit objects: "the biggest red bowl" -> a probability for each object, and for none of them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from uncom_perception.objects.attributes.colour import COLOUR_WORDS, colour_probability
-from uncom_perception.objects.attributes.lexicon import Lexicon, Likelihoods, Noun, ThingClass
+from uncom_perception.objects.attributes.lexicon import Lexicon, Likelihoods, Noun, ObjectClass
 from uncom_perception.objects.attributes.options import (
     NOUN_LIKELIHOOD,
     PHRASE_MATCH,
@@ -25,7 +25,7 @@ FloatArray = npt.NDArray[np.float64]
 _IGNORED_WORDS = """a an the this that these those my your his her its our their some any please of other
     another same very really here there it them all both"""
 _IGNORED = frozenset(_IGNORED_WORDS.split())
-#: word -> (measure, sign): ranks the things that the rest of the phrase fits
+#: word -> (measure, sign): ranks the objects that the rest of the phrase fits
 _RANKS: dict[str, tuple[str, int]] = {
     **dict.fromkeys(("big", "large", "huge", "great"), ("size", 1)),
     **dict.fromkeys(("small", "little", "tiny"), ("size", -1)),
@@ -40,11 +40,11 @@ _IRREGULAR = {"smallest": "small", "littlest": "little", "tiniest": "tiny"}
 
 
 @dataclass(frozen=True, slots=True)
-class Thing:
-    """What is measured on a thing: shape (None without depth), colour shares, size relative to others [any unit].
+class DescribedObject:
+    """What is measured on an object: shape (None without depth), colour shares, size relative to others [any unit].
 
     nouns (N,) is the log likelihood ratio of each noun of the lexicon, described (N,) how well it fits the description
-    of each, 0 to 1. certainty is how sure it is that this is a thing at all.
+    of each, 0 to 1. certainty is how sure it is that this is an object at all.
     """
 
     shape: Shape | None
@@ -60,7 +60,7 @@ class Phrase:
     """A noun phrase taken apart."""
 
     text: str
-    noun: Noun | ThingClass | None  # None: no noun, or one that the lexicon does not know
+    noun: Noun | ObjectClass | None  # None: no noun, or one that the lexicon does not know
     unknown_noun: str
     colours: tuple[str, ...]
     ranks: tuple[tuple[str, int, float], ...]  # measure, sign, strength
@@ -68,7 +68,7 @@ class Phrase:
 
 
 class PhraseMatcher:
-    """Matches phrases to things by a lexicon."""
+    """Matches phrases to objects by a lexicon."""
 
     def __init__(
         self,
@@ -86,7 +86,7 @@ class PhraseMatcher:
     def parse(self, text: str) -> Phrase:
         """Take a phrase apart: the longest known noun at its end, adjectives before it."""
         words = [w for w in "".join(c if c.isalnum() else " " for c in text.lower()).split() if w not in _IGNORED]
-        noun: Noun | ThingClass | None = None
+        noun: Noun | ObjectClass | None = None
         rest = words
         for start in range(len(words)):
             if len(words) == 1 and words[0] in COLOUR_WORDS and self._lexicon.find(words[0]) is None:
@@ -115,83 +115,83 @@ class PhraseMatcher:
         size: float,
         hidden: float = 0.0,
         certainty: float = 1.0,
-    ) -> Thing:
-        """Return a thing, a share of which may be hidden, with what every noun makes of its measures."""
+    ) -> DescribedObject:
+        """Return an object, a share of which may be hidden, with what every noun makes of its measures."""
         ratios, kept = self._likelihoods.of(shape, colours, hidden)
-        thing = Thing(shape, colours, size, ratios, np.exp(kept), certainty)
-        return thing if shape is None else replace(thing, colours=self._as_usual(thing))
+        candidate = DescribedObject(shape, colours, size, ratios, np.exp(kept), certainty)
+        return candidate if shape is None else replace(candidate, colours=self._as_usual(candidate))
 
-    def _as_usual(self, thing: Thing) -> Mapping[str, float]:
-        """Return the shares of colour names that a thing's own kind makes likelier: spoons are grey, not white.
+    def _as_usual(self, candidate: DescribedObject) -> Mapping[str, float]:
+        """Return the shares of colour names that an object's own kind makes likelier: spoons are grey, not white.
 
         How light a surface is cannot be told from how light its picture is; who names its colour knows what it is.
         """
-        name, sure = self.label(thing)
+        name, sure = self.label(candidate)
         usual = self._lexicon.nouns[name].colours
         if not usual:
-            return thing.colours
+            return candidate.colours
         likely = {
             c: share * (1.0 - sure + sure * usual.get(c, self._noun_likelihood_options.unusual_colour))
-            for c, share in thing.colours.items()
+            for c, share in candidate.colours.items()
         }
         total = max(sum(likely.values()), 1e-9)
         return dict(sorted(((c, share / total) for c, share in likely.items()), key=lambda pair: -pair[1]))
 
-    def label(self, thing: Thing) -> tuple[str, float]:
-        """Return the best noun for a thing and its probability among all nouns (and an unknown kind of thing)."""
+    def label(self, candidate: DescribedObject) -> tuple[str, float]:
+        """Return the best noun for an object and its probability among all nouns (and an unknown kind of object)."""
         own = [i for i, name in enumerate(self._likelihoods.names) if self._lexicon.nouns[name].own]
-        told = max(own, key=lambda i: float(thing.described[i]), default=-1)
-        if told >= 0 and thing.described[told] > self._phrase_match_options.sure_description:
+        told = max(own, key=lambda i: float(candidate.described[i]), default=-1)
+        if told >= 0 and candidate.described[told] > self._phrase_match_options.sure_description:
             return self._likelihoods.names[told], float(
-                self._phrase_match_options.description_trust * thing.described[told]
+                self._phrase_match_options.description_trust * candidate.described[told]
             )
-        best = int(thing.nouns.argmax())
-        top = max(float(thing.nouns[best]), 0.0)
-        total = float(np.exp(thing.nouns - top).sum()) + math.exp(-top)
-        return self._likelihoods.names[best], math.exp(float(thing.nouns[best]) - top) / total
+        best = int(candidate.nouns.argmax())
+        top = max(float(candidate.nouns[best]), 0.0)
+        total = float(np.exp(candidate.nouns - top).sum()) + math.exp(-top)
+        return self._likelihoods.names[best], math.exp(float(candidate.nouns[best]) - top) / total
 
-    def fits(self, text: str, things: Sequence[Thing]) -> FloatArray:
-        """Return for each thing (N,) how well a phrase fits it by itself, 0 to 1; ranks look at the others too."""
+    def fits(self, text: str, objects: Sequence[DescribedObject]) -> FloatArray:
+        """Return for each object (N,) how well a phrase fits it by itself, 0 to 1; ranks look at the others too."""
         phrase = self.parse(text)
-        fit = np.array([self._noun_fit(phrase, thing) * thing.certainty for thing in things])
-        fit *= self._adjective_fits(phrase, things)
+        fit = np.array([self._noun_fit(phrase, candidate) * candidate.certainty for candidate in objects])
+        fit *= self._adjective_fits(phrase, objects)
         loose = 1.0 - fit.max(initial=0.0) / self._phrase_match_options.plain_fit
         if loose > 0.0:  # nothing is plainly called so: a cereal box is a box, too, and a mug a cup
-            kinds = np.array([self._kind_fit(phrase, thing) * thing.certainty for thing in things])
-            fit = np.maximum(fit, loose * kinds * self._adjective_fits(phrase, things))
+            kinds = np.array([self._kind_fit(phrase, candidate) * candidate.certainty for candidate in objects])
+            fit = np.maximum(fit, loose * kinds * self._adjective_fits(phrase, objects))
         for measure, sign, strength in phrase.ranks:
-            fit = _ranked(fit, things, measure, sign, strength)
+            fit = _ranked(fit, objects, measure, sign, strength)
         return fit
 
-    def _adjective_fits(self, phrase: Phrase, things: Sequence[Thing]) -> FloatArray:
-        fit = np.ones(len(things))
-        for i, thing in enumerate(things):
+    def _adjective_fits(self, phrase: Phrase, objects: Sequence[DescribedObject]) -> FloatArray:
+        fit = np.ones(len(objects))
+        for i, candidate in enumerate(objects):
             for colour in phrase.colours:
-                fit[i] *= max(colour_probability(thing.colours, colour), 0.01)
+                fit[i] *= max(colour_probability(candidate.colours, colour), 0.01)
             for shape in phrase.shapes:
-                fit[i] *= max(_SHAPE_WORDS[shape](thing.shape), 0.05) if thing.shape is not None else 0.5
+                fit[i] *= max(_SHAPE_WORDS[shape](candidate.shape), 0.05) if candidate.shape is not None else 0.5
         return fit
 
-    def match(self, text: str, things: Sequence[Thing]) -> tuple[FloatArray, float]:
-        """Return the probability that a phrase means each thing (N,), and none of them; together they sum to 1."""
-        fit = np.clip(self.fits(text, things), 0.0, 0.995)
+    def match(self, text: str, objects: Sequence[DescribedObject]) -> tuple[FloatArray, float]:
+        """Return the probability that a phrase means each object (N,), and none of them; together they sum to 1."""
+        fit = np.clip(self.fits(text, objects), 0.0, 0.995)
         none = float(np.prod(1.0 - fit)) if len(fit) else 1.0
         total = float(fit.sum())
         if math.isclose(total, 0.0, abs_tol=1e-9):
-            return np.zeros(len(things)), 1.0
+            return np.zeros(len(objects)), 1.0
         return fit / total * (1.0 - none), none
 
-    def _noun_fit(self, phrase: Phrase, thing: Thing) -> float:
+    def _noun_fit(self, phrase: Phrase, candidate: DescribedObject) -> float:
         if phrase.noun is None:
             return self._phrase_match_options.unknown_noun_fit if phrase.unknown_noun else 0.9
-        if isinstance(phrase.noun, ThingClass):
-            return 0.95 if phrase.noun.all_things else self._class_fit(phrase.noun, thing)
+        if isinstance(phrase.noun, ObjectClass):
+            return 0.95 if phrase.noun.fits_everything else self._class_fit(phrase.noun, candidate)
         names = self._likelihoods.names
         index = names.index(phrase.noun.name)
-        relative = _against_others(thing.nouns, index, [index])
+        relative = _against_others(candidate.nouns, index, [index])
         # What users describe means what they describe, whatever else it may be called.
         described = (
-            self._phrase_match_options.description_trust * float(thing.described[index]) if phrase.noun.own else 0.0
+            self._phrase_match_options.description_trust * float(candidate.described[index]) if phrase.noun.own else 0.0
         )
         return max(relative, described)
 
@@ -200,18 +200,18 @@ class PhraseMatcher:
         names = enumerate(self._likelihoods.names)
         return [i for i, name in names if name.endswith(f" {noun.name}") or name in noun.loosely]
 
-    def _kind_fit(self, phrase: Phrase, thing: Thing) -> float:
-        """Return how well a thing fits some kind of what a phrase names."""
+    def _kind_fit(self, phrase: Phrase, candidate: DescribedObject) -> float:
+        """Return how well an object fits some kind of what a phrase names."""
         if not isinstance(phrase.noun, Noun):
             return 0.0
         own = [self._likelihoods.names.index(phrase.noun.name), *self._kinds(phrase.noun)]
         return self._phrase_match_options.kind_trust * max(
-            (_against_others(thing.nouns, kind, own) for kind in own[1:]), default=0.0
+            (_against_others(candidate.nouns, kind, own) for kind in own[1:]), default=0.0
         )
 
-    def _class_fit(self, kind: ThingClass, thing: Thing) -> float:
-        top = max(0.0, float(thing.nouns.max()))
-        weights = np.exp(thing.nouns - top)
+    def _class_fit(self, kind: ObjectClass, candidate: DescribedObject) -> float:
+        top = max(0.0, float(candidate.nouns.max()))
+        weights = np.exp(candidate.nouns - top)
         member = [kind.name in self._lexicon.nouns[name].is_a for name in self._likelihoods.names]
         return float(weights[member].sum() / (weights.sum() + math.exp(-top)))
 
@@ -219,7 +219,7 @@ class PhraseMatcher:
 def _against_others(nouns: FloatArray, index: int, own: Sequence[int]) -> float:
     """Return how well a noun fits by the log likelihood ratios of all (N,): the best one not its own speaks against it.
 
-    It does so at half weight, as who says the word means such a thing.
+    It does so at half weight, as who says the word means such an object.
     """
     mine = float(nouns[index])
     other = max(float(np.delete(nouns, own).max(initial=-50.0)), 0.0)
@@ -259,12 +259,14 @@ def _rank(word: str) -> tuple[str, int, float] | None:
     return None
 
 
-def _ranked(fit: FloatArray, things: Sequence[Thing], measure: str, sign: int, strength: float) -> FloatArray:
-    """Weigh the things that fit so far by their rank in a measure."""
+def _ranked(
+    fit: FloatArray, objects: Sequence[DescribedObject], measure: str, sign: int, strength: float
+) -> FloatArray:
+    """Weigh the objects that fit so far by their rank in a measure."""
     if len(fit) == 0:
         return fit
     values = np.array(
-        [t.size if measure == "size" or t.shape is None else float(getattr(t.shape, measure)) for t in things]
+        [t.size if measure == "size" or t.shape is None else float(getattr(t.shape, measure)) for t in objects]
     )
     matched = fit > 0.35 * fit.max()
     score = sign * np.log(np.maximum(values, 1e-4))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From found things to the answer: labels, attributes, phrase probabilities."""
+"""From found objects to the answer: labels, attributes, phrase probabilities."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from uncom_perception.objects.attributes.options import ATTRIBUTES, AttributeOptions
-from uncom_perception.objects.attributes.phrase_matcher import PhraseMatcher, Thing
+from uncom_perception.objects.attributes.phrase_matcher import DescribedObject, PhraseMatcher
 from uncom_perception.rgbd_frame import RgbdFrame
 from uncom_perception.types import Attribute, Box, Detection, Geometry, Mask, Scene, TableSurface
 
@@ -21,7 +21,7 @@ _METRIC = {"length": "length_m", "width": "width_m", "height": "height_m"}
 def answer(
     matcher: PhraseMatcher,
     seen: Sequence[tuple[Mask, Geometry | None]],
-    things: Sequence[Thing],
+    objects: Sequence[DescribedObject],
     table: TableSurface | None,
     phrases: Sequence[str],
     *,
@@ -34,14 +34,14 @@ def answer(
     none: list[float] = []
     for phrase in phrases:
         if is_table(phrase):
-            probability, rest = np.zeros(len(things)), 1.0
+            probability, rest = np.zeros(len(objects)), 1.0
         else:
-            probability, rest = matcher.match(phrase, things)
+            probability, rest = matcher.match(phrase, objects)
         scores.append(probability * trust)
         none.append(1.0 - trust * (1.0 - rest))
     detections = []
-    for i, ((mask, body), thing) in enumerate(zip(seen, things, strict=True)):
-        label, score = matcher.label(thing)
+    for i, ((mask, body), candidate) in enumerate(zip(seen, objects, strict=True)):
+        label, score = matcher.label(candidate)
         detections.append(
             Detection(
                 id=f"thing_{i + 1}",
@@ -50,7 +50,7 @@ def answer(
                 box=mask_box(mask),
                 mask=mask,
                 geometry=body,
-                attributes=_attributes(thing),
+                attributes=_attributes(candidate),
                 phrase_scores=tuple(float(s[i]) for s in scores),
             )
         )
@@ -76,12 +76,14 @@ def mask_slices(mask: Mask, rows: slice = slice(0, None), columns: slice = slice
     return slice(max(0, y - 1), y + height + 1), slice(max(0, x - 1), x + width + 1)
 
 
-def _attributes(thing: Thing, *, options: AttributeOptions = ATTRIBUTES) -> tuple[Attribute, ...]:
+def _attributes(candidate: DescribedObject, *, options: AttributeOptions = ATTRIBUTES) -> tuple[Attribute, ...]:
     found = [
-        Attribute("colour", name, share) for name, share in thing.colours.items() if share >= options.least_colour_share
+        Attribute("colour", name, share)
+        for name, share in candidate.colours.items()
+        if share >= options.least_colour_share
     ]
-    if thing.shape is not None:
-        s = thing.shape
+    if candidate.shape is not None:
+        s = candidate.shape
         found += [Attribute(_METRIC.get(name, name), f"{value:.3f}", 1.0) for name, value in s.items().items()]
         found.append(Attribute("hollow", "yes", float(np.clip((s.hollowness - 0.05) / 0.25, 0.0, 1.0))))
     return tuple(found)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shape of a thing as numbers that words can be defined by, from its visible points."""
+"""Shape of an object as numbers that words can be defined by, from its visible points."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.image_arrays import quantile, quantiles
 from uncom_perception.objects.attributes.options import SHAPE, ShapeOptions
-from uncom_perception.objects.table.order_statistics import quantile, quantiles
 
 FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """Measures of a thing that stands on the ground; lengths in metres, ratios without unit."""
+    """Measures of an object that stands on the ground; lengths in metres, ratios without unit."""
 
     length: float  # longer side of the footprint's box [m]
     width: float  # shorter side of it, a handle left out [m]
@@ -30,7 +30,7 @@ class Shape:
     hollowness: float  # share of the footprint's middle that is lower than its rim
     cavity: float  # depth of that cavity / height
     handle: float  # length of what sticks out of a round body [m]
-    curvature: float  # bow of a long thing: sagitta / length
+    curvature: float  # bow of a long object: sagitta / length
     flat_top: float  # share of the footprint at the top's height
     neck: float  # width near the top / width of the lower half
     taper: float  # width at two thirds of the height / width at one third
@@ -42,7 +42,7 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class Footprint:
-    """A thing seen from above: greatest height by cell (NaN: none), origin of the cell grid [m]."""
+    """An object seen from above: greatest height by cell (NaN: none), origin of the cell grid [m]."""
 
     height: npt.NDArray[np.float32]
     origin: FloatArray
@@ -60,7 +60,7 @@ def measure(
     *,
     options: ShapeOptions = SHAPE,
 ) -> Shape:
-    """Measure a thing by points (N, 3) as x, y, height [m], seen from a viewer (3,) in the same frame.
+    """Measure an object by points (N, 3) as x, y, height [m], seen from a viewer (3,) in the same frame.
 
     The hull (M, 1, 2) is their convex outline seen from above, if it is known.
     """
@@ -180,7 +180,7 @@ def _cavity(
     """Return the share of the middle of the footprint that is lower than its rim, and how deep it is / height.
 
     The rim is the outer ring of the body, sector by sector, so that gaps in it do not matter. A middle of which nothing
-    is seen, inside a ring that is, lies behind the front rim: the top of a solid thing would be seen from above.
+    is seen, inside a ring that is, lies behind the front rim: the top of a solid object would be seen from above.
     """
     rows, columns = np.nonzero(body)
     across, down = (values.astype(np.float32) for values in (columns, rows))
@@ -215,7 +215,7 @@ def _cavity(
 
 
 def _curvature(points: npt.NDArray[np.floating], *, options: ShapeOptions = SHAPE) -> float:
-    """Return how far the middle of a thing lies off the line between its ends, over its length."""
+    """Return how far the middle of an object lies off the line between its ends, over its length."""
     x, y = (points[:, k] - points[:, k].mean() for k in (0, 1))
     angle = 0.5 * math.atan2(2.0 * float(x @ y), float(x @ x) - float(y @ y))  # of the longer axis
     cosine, sine = np.float32(math.cos(angle)), np.float32(math.sin(angle))
@@ -238,7 +238,7 @@ def _curvature(points: npt.NDArray[np.floating], *, options: ShapeOptions = SHAP
 
 
 def _profile(points: npt.NDArray[np.floating], viewer: FloatArray, height: float) -> tuple[float, float]:
-    """Compare widths across the line of sight (never hidden by the thing itself) at several heights."""
+    """Compare widths across the line of sight (never hidden by the object itself) at several heights."""
     center = [float(points[:, k].mean()) for k in (0, 1)]
     ahead, aside = center[0] - float(viewer[0]), center[1] - float(viewer[1])
     norm = math.hypot(ahead, aside)

@@ -34,8 +34,8 @@ def detect_in_image(
 ) -> Scene:
     """Find what a phrase means in one image; depth and camera make it metric.
 
-    Detections that the phrase fits come best first; each score is how well the phrase fits that thing by itself.
-    "table" gives the table, "objects" everything on it. The lexicon is a file with more words for things.
+    Detections that the phrase fits come best first; each score is how well the phrase fits that object by itself.
+    "table" gives the table, "objects" everything on it. The lexicon is a file with more words for objects.
 
     Raises:
         InvalidLexiconError: the lexicon cannot be read.
@@ -72,7 +72,7 @@ def scene_to_json(scene: Scene) -> dict[str, Any]:
 
 
 def own_fits(shares: Sequence[float], none: float) -> list[float]:
-    """Return how well a phrase fits each thing by itself, 0 to 1, from the probabilities that it means each or none.
+    """Return how well a phrase fits each object by itself, 0 to 1, from the probabilities that it means each or none.
 
     The fits are in the ratio of the shares, and none of them holds with the probability that each fails by itself.
     """

@@ -11,7 +11,7 @@ from uncom_perception.types import HandsFrame, Scene
 
 
 class ObjectDetector(ABC):
-    """Finds things in an image and says how well each phrase fits each of them."""
+    """Finds objects in an image and says how well each phrase fits each of them."""
 
     @property
     @abstractmethod

@@ -16,7 +16,7 @@ from uncom_common.pretrained_models import load_with_processor, pick_device, req
 
 from uncom_perception.exceptions import TableNotFoundError
 from uncom_perception.exposure import exposure
-from uncom_perception.image_types import RgbImage
+from uncom_perception.image_arrays import RgbImage
 from uncom_perception.objects.attributes.colour import name_colours
 from uncom_perception.objects.attributes.object_geometry import clean_points, geometry
 from uncom_perception.objects.attributes.scene_builder import is_table, mask_box, mask_slices
@@ -104,7 +104,7 @@ class GroundingDinoDetector(ObjectDetector):
         return found
 
     def detect(self, frame: RgbdFrame, phrases: Sequence[str], hands: HandsFrame | None = None) -> Scene:
-        """Return the things that the phrases find ("object" if there are none), and the table."""
+        """Return the objects that the phrases find ("object" if there are none), and the table."""
         start = time.perf_counter()
         image_rgb, depth, camera = frame.rgb, frame.depth, frame.camera
         queries = [_TABLE_QUERY] + [query_of(p) for p in phrases if not is_table(p)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Things on a table in a plain picture: what does not have the table's colour. Less sure than with depth."""
+"""Objects on a table in a plain picture: what does not have the table's colour. Less sure than with depth."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class PictureDetector(ObjectDetector):
     """Table colour model and connected components; no geometry."""
 
     def __init__(self, matcher: PhraseMatcher, *, options: PictureDetectorOptions = PICTURE_DETECTOR) -> None:
-        """Name things by colour alone (and rank them by size in the picture)."""
+        """Name objects by colour alone (and rank them by size in the picture)."""
         self._options = options
         self._matcher = matcher
 
@@ -47,13 +47,13 @@ class PictureDetector(ObjectDetector):
         lab = np.asarray(
             cv2.cvtColor(cv2.GaussianBlur(small, (5, 5), 0).astype(np.float32) / 255.0, cv2.COLOR_RGB2LAB), np.float32
         )
-        table, things = _table_and_things(lab, options=self._options)
+        table, objects = _table_and_things(lab, options=self._options)
         if hands is not None:
-            things &= ~bare_skin(lab, things, hands, scale)
+            objects &= ~bare_skin(lab, objects, hands, scale)
         size = image_rgb.shape[1::-1]
         masks = [
             cv2.resize(m.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST).astype(bool)
-            for m in pieces_of(things, table, small, lab)
+            for m in pieces_of(objects, table, small, lab)
         ]
         gain = exposure(image_rgb)
         found = [self._matcher.describe(None, name_colours(image_rgb[m], gain), float(np.sqrt(m.sum()))) for m in masks]
@@ -116,7 +116,7 @@ def _region(like: Mask, *, options: PictureDetectorOptions = PICTURE_DETECTOR) -
     pieces = np.argsort(-stats[1:, cv2.CC_STAT_AREA])[: options.max_table_pieces] + 1
     table = labels == pieces[0]
     hull = cv2.convexHull(_above_legs(table, _outline(table), options=options))
-    for piece in pieces[1:]:  # a row of things may part the table
+    for piece in pieces[1:]:  # a row of objects may part the table
         other = labels == piece
         area = int(stats[piece, cv2.CC_STAT_AREA])
         if (
@@ -165,7 +165,7 @@ def _above_legs(
 def _commonest_line(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> tuple[float, float]:
     """Return slope and level of the line through two of the points that most others lie on, and fewest above.
 
-    It is the front edge of a table; things may stand out over it, and the gap under it has no other upper side.
+    It is the front edge of a table; objects may stand out over it, and the gap under it has no other upper side.
     """
     i, j = np.triu_indices(24, 1)
     at = np.linspace(0, len(x) - 1, 24).astype(int)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pieces of a plain picture that are one thing each: apart by place, then by colour, and out over the table's edge."""
+"""Pieces of a plain picture that are one object each: apart by place, then by colour, and out over the table's edge."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _SMOOTH = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5))
 
 
 def pieces_of(
-    things: Mask,
+    objects: Mask,
     region: Mask,
     rgb: npt.NDArray[np.uint8],
     lab: LabImage,
     *,
     options: PicturePieceOptions = PICTURE_PIECES,
 ) -> list[Mask]:
-    """Return one mask (H, W) a thing, from what in a table's region (H, W) has not its colour; the largest first."""
+    """Return one mask (H, W) an object, from what in a table's region (H, W) has not its colour; the largest first."""
     around = np.ones((2 * options.edge_px + 1,) * 2, np.uint8)
     inner = (
         cv2.erode(np.pad(region, options.edge_px).astype(np.uint8), around)[
@@ -33,25 +33,25 @@ def pieces_of(
         ]
         > 0
     )
-    opened = cv2.morphologyEx((things & inner).astype(np.uint8), cv2.MORPH_OPEN, _OPENING)
+    opened = cv2.morphologyEx((objects & inner).astype(np.uint8), cv2.MORPH_OPEN, _OPENING)
     labels, _ = ndimage.label(opened)
     found: list[Mask] = []
     for i, box in enumerate(ndimage.find_objects(labels), start=1):
-        window = _wider(box, options.edge_px + 1, things.shape)
+        window = _wider(box, options.edge_px + 1, objects.shape)
         own = labels[window] == i
-        if np.count_nonzero(own) < 0.5 * options.least_area_share * things.size:
+        if np.count_nonzero(own) < 0.5 * options.least_area_share * objects.size:
             continue
-        free = things[window] & ((labels[window] == 0) | own)
+        free = objects[window] & ((labels[window] == 0) | own)
         grown = (cv2.dilate(own.astype(np.uint8), around) > 0) & free
         grown = ndimage.binary_fill_holes(cv2.morphologyEx(grown.astype(np.uint8), cv2.MORPH_OPEN, _SMOOTH))
         for part in _by_hue(np.asarray(grown, dtype=bool), lab[window], options=options):
-            if _is_thing(part, things.size, options=options):
-                whole = np.zeros(things.shape, dtype=bool)
+            if _is_thing(part, objects.size, options=options):
+                whole = np.zeros(objects.shape, dtype=bool)
                 whole[window] = part
                 found.append(whole)
-    taken, kept = np.zeros_like(things), []
+    taken, kept = np.zeros_like(objects), []
     for mask in sorted(found, key=np.count_nonzero, reverse=True):
-        if np.count_nonzero(mask & taken) < 0.5 * np.count_nonzero(mask):  # else it is print on a larger thing
+        if np.count_nonzero(mask & taken) < 0.5 * np.count_nonzero(mask):  # else it is print on a larger object
             kept.append(mask)
             taken |= mask
     return [_beyond(mask, region, taken & ~mask, rgb, options=options) for mask in kept]
@@ -63,7 +63,7 @@ def _wider(box: tuple[slice, ...], by: int, shape: tuple[int, ...]) -> tuple[sli
 
 
 def _is_thing(mask: Mask, size: int, *, options: PicturePieceOptions = PICTURE_PIECES) -> bool:
-    """Tell specks and the slivers along an edge from things, in a picture of so many pixels."""
+    """Tell specks and the slivers along an edge from objects, in a picture of so many pixels."""
     area = int(np.count_nonzero(mask))
     if not options.least_area_share * size < area < options.most_area_share * size:
         return False
@@ -77,7 +77,7 @@ def _solid_area(mask: Mask) -> float:
 
 
 def _by_hue(mask: Mask, lab: LabImage, depth: int = 3, *, options: PicturePieceOptions = PICTURE_PIECES) -> list[Mask]:
-    """Part a mask where two colourful hues, each in one piece, meet: things that touch in the picture."""
+    """Part a mask where two colourful hues, each in one piece, meet: objects that touch in the picture."""
     chroma = lab[..., 1:]
     colourful = mask & (np.hypot(chroma[..., 0], chroma[..., 1]) > options.colourful)
     if depth == 0 or np.count_nonzero(colourful) <= max(
@@ -123,7 +123,7 @@ def _core(mask: Mask, *, options: PicturePieceOptions = PICTURE_PIECES) -> Mask:
 def _beyond(
     mask: Mask, region: Mask, others: Mask, rgb: npt.NDArray[np.uint8], *, options: PicturePieceOptions = PICTURE_PIECES
 ) -> Mask:
-    """Follow a thing over the table's edge by its colours (GrabCut, Rother et al. 2004); as it is if it ends there."""
+    """Follow an object over the table's edge by its colours (GrabCut, Rother et al. 2004), or return it as it is."""
     crossing = (
         (cv2.dilate(mask.astype(np.uint8), np.ones((2 * options.edge_px + 1, 1), np.uint8)) > 0) & ~region & ~others
     )

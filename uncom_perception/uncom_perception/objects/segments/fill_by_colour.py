@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parts of a thing that the depth camera lost, found again by their colour.
+"""Parts of an object that the depth camera lost, found again by their colour.
 
-Depth cameras see nothing, or the table, where a thing is dark, shiny or thin: the floor of a glazed bowl, a can's lid.
-What lies within a thing's outline and has its colours, not those of the table about it, is part of it.
+Depth cameras see nothing, or the table, where an object is dark, shiny or thin, as the floor of a glazed bowl.
+What lies within an object's outline and has its colours, not those of the table about it, is part of it.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ def fill_by_colour(
     *,
     options: ColourFillOptions = COLOUR_FILL,
 ) -> None:
-    """Add to a mask (H, W) what its convex outline in the image holds of its own colours, and no other thing has.
+    """Add to a mask (H, W) what its convex outline in the image holds of its own colours, and no other object has.
 
     Args:
         options: numbers that tune it.
-        mask: of the thing; is changed.
-        taken: pixels of all things.
+        mask: of the object; is changed.
+        taken: pixels of all objects.
         lab: the image in CIELAB.
         box: rows and columns of the mask.
     """

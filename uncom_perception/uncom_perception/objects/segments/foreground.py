@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything that stands on the table, as one mask a thing."""
+"""Everything that stands on the table, as one mask an object."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def surfaces_of(view: TableView, lab: npt.NDArray[np.float32], *, options: Foreg
 def foreground(
     view: TableView, table: TopDown, *, options: ForegroundOptions = FOREGROUND
 ) -> tuple[Mask, npt.NDArray[np.float32]]:
-    """Return the pixels (H, W) above the table, thin things included, as far as the depth noise allows.
+    """Return the pixels (H, W) above the table, thin objects included, as far as the depth noise allows.
 
     With them comes how far from the table's outline each of them is, seen from above [m]; infinite elsewhere.
     """
@@ -75,7 +75,7 @@ def foreground(
     clipped[~known] = 0.0
     wide, narrow = (_averaged(clipped, known, size) for size in (5, 3))
     low = measure_noise(wide, view.depth, view.on_table).least_height(view.depth, options.least_height_m)
-    # A pixel beside a tall thing is lifted by the average, not by itself: it must be up there, too.
+    # A pixel beside a tall object is lifted by the average, not by itself: it must be up there, too.
     candidates = np.flatnonzero(wide > low)
     lowest, mean = low.ravel()[candidates], wide.ravel()[candidates]
     own = clipped.ravel()[candidates] > np.float32(0.5) * mean

@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.image_arrays import quantile
 from uncom_perception.objects.segments.options import CAVITY, SURFACE_FIT, CavityOptions, SurfaceFitOptions
 from uncom_perception.objects.segments.surface_fitting import has_top
-from uncom_perception.objects.table.order_statistics import quantile
 
 Points = npt.NDArray[np.float32]
 
@@ -21,7 +21,7 @@ def is_inside(
     surface_fit_options: SurfaceFitOptions = SURFACE_FIT,
     cavity_options: CavityOptions = CAVITY,
 ) -> bool:
-    """Whether points (N, 3) are what is seen over the rim of a hollow thing, whose outside others (M, 3) are of.
+    """Whether points (N, 3) are what is seen over the rim of a hollow object, whose outside others (M, 3) are of.
 
     A back wall sags away from the viewer (3,), who sees a ball or a can behind it bulge, and a box as flat. Both end at
     one rim, and together they are about as deep as wide.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Joining the surfaces of one thing that holes in the depth, or its own shape, part in the image."""
+"""Joining the surfaces of one object that holes in the depth, or its own shape, part in the image."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.image_arrays import medians
 from uncom_perception.objects.segments.foreground import Surfaces
 from uncom_perception.objects.segments.inside_test import is_inside
 from uncom_perception.objects.segments.options import FRAGMENT_JOIN, SURFACE_FIT, FragmentJoinOptions, SurfaceFitOptions
@@ -21,7 +22,6 @@ from uncom_perception.objects.segments.surface_fitting import (
     one_body,
     outline,
 )
-from uncom_perception.objects.table.order_statistics import medians
 from uncom_perception.types import Mask
 
 
@@ -29,7 +29,7 @@ class _Groups:
     """Labels that are joined step by step, but never two that were parted, nor what each of them is joined with."""
 
     def __init__(self, parted: Mask) -> None:
-        """Begin with one group a label; parted (L + 1, L + 1) tells which labels are two things."""
+        """Begin with one group a label; parted (L + 1, L + 1) tells which labels are two objects."""
         self.parted = parted.copy()
         self._parent = np.arange(len(parted))
 
@@ -68,7 +68,7 @@ def parted_labels(
 ) -> Mask:
     """Return which labels (L + 1, L + 1) were parted at a fold: those of one origin (L + 1,) that are large enough.
 
-    Inside and outside of a hollow thing are parted only until they are seen to be of one colour, and one of them to
+    Inside and outside of a hollow object are parted only until they are seen to be of one colour, and one of them to
     have no top of its own, or until one is plainly the inside of the other as a viewer (3,) sees it.
     """
     large = regions.sizes >= options.fragment_pixels
@@ -101,7 +101,7 @@ def join_fragments(
     surface_fit_options: SurfaceFitOptions = SURFACE_FIT,
     fragment_join_options: FragmentJoinOptions = FRAGMENT_JOIN,
 ) -> tuple[Regions, Mask]:
-    """Join surfaces of one thing that holes or its own shape part in the image: they meet seen from above.
+    """Join surfaces of one object that holes or its own shape part in the image: they meet seen from above.
 
     Front and inner back wall of a cup, say. Only surfaces of alike colour, or small fragments, are joined; not those
     that are parted (L + 1, L + 1).
@@ -123,7 +123,7 @@ def join_fragments(
     for i, j in sorted(order.tolist(), key=lambda pair: -int(contacts[pair[0], pair[1]])):
         if not (small[i] or small[j]) and alike_colours(colours[i - 1], colours[j - 1]):
             groups.join(i, j)
-    # A fragment belongs to one thing; it is no bridge between two.
+    # A fragment belongs to one object; it is no bridge between two.
     for i in (np.flatnonzero(small[1:]) + 1).tolist():
         nearest = int(contacts[i].argmax())
         if contacts[i, nearest] > 1:
@@ -196,7 +196,7 @@ def join_hollow(
     *,
     options: FragmentJoinOptions = FRAGMENT_JOIN,
 ) -> Regions:
-    """Join the front of a hollow thing and what is seen of its inside over the rim, where the rim itself was lost.
+    """Join the front of a hollow object and what is seen of its inside over the rim, where the rim itself was lost.
 
     Such surfaces border one another in the image, are alike in colour, and together are hardly longer than alone, or
     one is plainly the inside of the other as a viewer (3,) sees it; they are not parted (L + 1, L + 1).

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From labelled surfaces to things: fragments joined, hands and arms taken out, masks closed."""
+"""From labelled surfaces to objects: fragments joined, hands and arms taken out, masks closed."""
 
 from __future__ import annotations
 
@@ -7,14 +7,13 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from uncom_perception.image_types import RgbImage
+from uncom_perception.image_arrays import RgbImage, lab_image
 from uncom_perception.objects.attributes.scene_builder import mask_slices
 from uncom_perception.objects.segments.arm_mask import hand_pixels
 from uncom_perception.objects.segments.fill_by_colour import fill_by_colour
 from uncom_perception.objects.segments.foreground import connected, foreground, mask_bounds, surfaces_of
 from uncom_perception.objects.segments.join_fragments import join_fragments, join_hollow, parted_labels
-from uncom_perception.objects.segments.lab_image import lab_image
-from uncom_perception.objects.segments.on_table_filter import Reach, is_thing
+from uncom_perception.objects.segments.on_table_filter import Reach, stands_on_table
 from uncom_perception.objects.segments.options import OBJECT_MASKS, ObjectMaskOptions
 from uncom_perception.objects.segments.regions import Box, regions_of
 from uncom_perception.objects.segments.split_touching import split_touching
@@ -24,7 +23,7 @@ from uncom_perception.objects.table.table_view import TableView
 from uncom_perception.types import HandsFrame, Mask
 
 
-def find_things(
+def find_objects(
     image_rgb: RgbImage,
     view: TableView,
     hands: HandsFrame | None,
@@ -32,7 +31,7 @@ def find_things(
     *,
     options: ObjectMaskOptions = OBJECT_MASKS,
 ) -> list[tuple[Mask, Box]]:
-    """Return one mask (H, W) for each thing on the table, hands and arms left out, and rows and columns about it.
+    """Return one mask (H, W) for each object on the table, hands and arms left out, and rows and columns about it.
 
     A dim picture is looked at as if it were lighter by a gain.
     """
@@ -60,7 +59,7 @@ def find_things(
     reach = Reach(apart.ravel(), *options.margins_m)
     masks = []
     for label, box in regions.boxes().items():
-        if is_thing(surfaces, regions, label, box, reach):
+        if stands_on_table(surfaces, regions, label, box, reach):
             mask = np.zeros(view.depth.shape, dtype=bool)
             window = mask[rows, columns]
             window[box] = regions.labels[box] == label
@@ -83,7 +82,7 @@ def _moved(box: Box, part: Box) -> Box:
 
 
 def hidden_share(mask: Mask, box: Box, depth: npt.NDArray[np.float32]) -> float:
-    """Return how much of a thing's outline is not its own: cut by the image's border or by something nearer, 0 to 1.
+    """Return how much of an object's outline is not its own: cut by the image's border or by something nearer, 0 to 1.
 
     The mask (H, W) lies within a box of rows and columns.
     """

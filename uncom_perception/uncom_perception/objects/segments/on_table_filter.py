@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What of all that rises above the table is a thing that stands there."""
+"""What of all that rises above the table is an object that stands there."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.image_arrays import medians, quantile, quantiles
 from uncom_perception.objects.segments.foreground import LabelImage, Surfaces
 from uncom_perception.objects.segments.options import ON_TABLE, OnTableOptions
 from uncom_perception.objects.segments.regions import Regions
-from uncom_perception.objects.table.order_statistics import medians, quantile, quantiles
 from uncom_perception.types import Mask
 
 
 @dataclass(frozen=True, slots=True)
 class Reach:
-    """How far (flat) pixels are from the table, seen from above [m], and how far things may be."""
+    """How far (flat) pixels are from the table, seen from above [m], and how far objects may be."""
 
     apart: npt.NDArray[np.float32]
     inside_m: float  # over it, or hardly beside it
@@ -26,7 +26,7 @@ class Reach:
     followed_m: float  # not at the end of what is looked at about it
 
 
-def is_thing(
+def stands_on_table(
     surfaces: Surfaces,
     regions: Regions,
     label: int,
@@ -35,7 +35,7 @@ def is_thing(
     *,
     options: OnTableOptions = ON_TABLE,
 ) -> bool:
-    """Whether a surface is a thing that stands on the table (or on another thing), not an arm, a wall or a speck.
+    """Whether a surface is an object that stands on the table (or on another object), not an arm, a wall or a speck.
 
     Args:
         options: numbers that tune it.
@@ -56,13 +56,13 @@ def is_thing(
     dent = top < options.low_m and not _unlike_table(surfaces, labels, labels[box] == label, box, options=options)
     if dent or (len(points) < options.sliver_pixels and _along_another(regions, label, box)):
         return False
-    # The lower half of a round thing is not seen from above, so it seems to begin at up to half its width.
+    # The lower half of a round object is not seen from above, so it seems to begin at up to half its width.
     if bottom < max(options.floating_m, 0.015 + 0.5 * min(_sides(points))):
         return True
     below = _below(labels, label, box)
     if below is None:
         return True
-    # Below it are the table, or an arm: not another thing that may hide its foot, nor a shadow of the depth camera.
+    # Below it are the table, or an arm: not another object that may hide its foot, nor a shadow of the depth camera.
     free = (labels[below] == 0) & np.isfinite(surfaces.ground_points[..., 2][below])
     return float(free.mean()) <= options.free_outline
 
@@ -80,7 +80,7 @@ def _on_table(
     *,
     options: OnTableOptions = ON_TABLE,
 ) -> bool:
-    """Whether a surface is over the table that is seen, or ends at its level where things hide the table's edge."""
+    """Whether a surface is over the table that is seen, or ends at its level where objects hide the table's edge."""
     pixels = regions.of(label)
     apart = reach.apart[pixels]
     inside = apart <= reach.inside_m

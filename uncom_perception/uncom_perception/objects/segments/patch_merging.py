@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Patches of a surface put together to things: the best fitting ones first, until only folds are left.
+"""Patches of a surface put together to objects: the best fitting ones first, until only folds are left.
 
 After the locally convex patches of Stein et al. (2014). What two groups of patches have in common is judged along
 their whole border, so that a border that noise blurs in one place does not join what the rest of it parts.
@@ -56,7 +56,7 @@ def with_bridges(
 def evidence(
     patches: Patches, a: Numbers, b: Numbers, *, options: PatchMergeOptions = PATCH_MERGE
 ) -> tuple[Array, Array]:
-    """Return for pairs of patches how much speaks for one thing (> 0) or two, and how unlike their colours are."""
+    """Return for pairs of patches how much speaks for one object (> 0) or two, and how unlike their colours are."""
     apart = patches.centre[a] - patches.centre[b]
     distance = np.maximum(np.sqrt(np.einsum("ij,ij->i", apart, apart)), 1e-6)
     fold = np.einsum("ij,ij->i", patches.normal[a] - patches.normal[b], apart) / distance
@@ -82,14 +82,14 @@ def merged(
     *,
     options: PatchMergeOptions = PATCH_MERGE,
 ) -> Numbers:
-    """Return the group of each patch (N,): pairs whose common border speaks for one thing joined."""
+    """Return the group of each patch (N,): pairs whose common border speaks for one object joined."""
     parent = np.arange(len(patches.size))
     width = np.sqrt(patches.size)
     for_one, unlike = length * score, length * colour
     links: list[dict[int, tuple[float, float, float]]] = [{} for _ in parent]
     for i, j, *link in zip(*(v.tolist() for v in (a, b, length, for_one, unlike)), strict=True):
         links[i][j] = links[j][i] = (link[0], link[1], link[2])
-    # Large things that only a narrow neck joins touch by chance, the more so if they differ in colour there.
+    # Large objects that only a narrow neck joins touch by chance, the more so if they differ in colour there.
     wide = for_one > np.where(unlike > options.alike * length, options.neck, options.neck_alike) * np.minimum(
         width[a], width[b]
     )
@@ -136,7 +136,7 @@ def _hand_over(
         old = mine.get(k, _NO_LINK)
         total, for_one, unlike = added[0] + old[0], added[1] + old[1], added[2] + old[2]
         mine[k] = other[i] = (total, for_one, unlike)
-        # What did not change only grew narrower, beside larger things.
+        # What did not change only grew narrower, beside larger objects.
         if for_one > (options.neck if unlike > options.alike * total else options.neck_alike) * min(
             widths[i], widths[k]
         ):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Things that touch: told apart where their surfaces meet in a fold.
+"""Objects that touch: told apart where their surfaces meet in a fold.
 
 Colour alone splits a box at its print, shape alone a pan at its handle; together they tell an apple from the box that
 it leans on, and a lemon from the bowl that it lies in.
@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.image_arrays import medians, quantile
 from uncom_perception.objects.segments.foreground import LabelImage, Surfaces
 from uncom_perception.objects.segments.join_fragments import alike_colours
 from uncom_perception.objects.segments.options import SPLIT, SplitOptions
@@ -18,14 +19,13 @@ from uncom_perception.objects.segments.patch_merging import borders, evidence, m
 from uncom_perception.objects.segments.regions import Regions, regions_of
 from uncom_perception.objects.segments.surface_fitting import is_floor, is_handle, is_neck
 from uncom_perception.objects.segments.surface_patches import Patches, patches_of
-from uncom_perception.objects.table.order_statistics import medians, quantile
 from uncom_perception.types import Mask
 
 
 def split_touching(
     surfaces: Surfaces, regions: Regions, *, options: SplitOptions = SPLIT
 ) -> tuple[Regions, npt.NDArray[np.int32]]:
-    """Return regions in which things that meet in a fold have labels of their own, and what each was (L + 1,)."""
+    """Return regions in which objects that meet in a fold have labels of their own, and what each was (L + 1,)."""
     unsure = np.zeros(regions.count + 1, bool)
     sizes = regions.sizes
     for label, box in regions.boxes().items():
@@ -49,7 +49,7 @@ def split_touching(
 def _plainly_one(
     surfaces: Surfaces, regions: Regions, label: int, box: tuple[slice, slice], *, options: SplitOptions = SPLIT
 ) -> bool:
-    """Whether a surface has one colour and a convex outline in the image, as hardly any two things together have."""
+    """Whether a surface has one colour and a convex outline in the image, as hardly any two objects together have."""
     some = surfaces.lab.reshape(-1, 3)[regions.of(label)[:: options.colour_stride]]
     even, shaded = np.ones((2, len(some)), bool)
     for k in (1, 2):
@@ -67,7 +67,7 @@ def _plainly_one(
 def _parts(
     surfaces: Surfaces, regions: Regions, unsure: Mask, *, options: SplitOptions = SPLIT
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int32]] | None:
-    """Put surfaces that may be several things together from patches.
+    """Put surfaces that may be several objects together from patches.
 
     Returns:
         The (flat) pixels of those surfaces, the part (N,) that each is of, and the surface that each part is of (P,);

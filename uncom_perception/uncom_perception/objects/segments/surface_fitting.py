@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether two surfaces can be parts of one thing: a handle and what holds it, inside and outside of what is hollow."""
+"""Whether two surfaces can be parts of one object: a handle and what holds it, inside and outside of what is hollow."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy.typing as npt
 import shapely
 from shapely.geometry import Polygon
 
+from uncom_perception.image_arrays import quantile
 from uncom_perception.objects.attributes.shape import body_sides
 from uncom_perception.objects.segments.options import SURFACE_FIT, SurfaceFitOptions
-from uncom_perception.objects.table.order_statistics import quantile
 
 
 def may_be_hollow(
     one: npt.NDArray[np.float32], other: npt.NDArray[np.float32], *, options: SurfaceFitOptions = SURFACE_FIT
 ) -> bool:
-    """Whether points (N, 3) and (M, 3) may be inside and outside of one thing."""
+    """Whether points (N, 3) and (M, 3) may be inside and outside of one object."""
     if stands(one, options=options) and stands(other, options=options):
         return False
     level = abs(quantile(one[:, 2], 98) - quantile(other[:, 2], 98)) < options.rim_m
@@ -33,9 +33,9 @@ def is_handle(
     alike: bool = False,
     options: SurfaceFitOptions = SURFACE_FIT,
 ) -> bool:
-    """Whether points (N, 3) are a long thin part in the air, which the thing beside it must hold.
+    """Whether points (N, 3) are a long thin part in the air, which the object beside it must hold.
 
-    Of that thing as much must be seen, or a part if their colours are alike.
+    Of that object as much must be seen, or a part if their colours are alike.
     """
     least = options.holds_alike if alike else options.holds
     if quantile(mine[:, 2], 5) < options.lowest_handle_m or len(theirs) < least * len(mine):
@@ -52,7 +52,7 @@ def is_handle(
 def is_neck(
     mine: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32], *, options: SurfaceFitOptions = SURFACE_FIT
 ) -> bool:
-    """Whether points (N, 3) are the narrow top of a tall thing of their colour, which others (M, 3) are the body of.
+    """Whether points (N, 3) are the narrow top of a tall object of their colour, which others (M, 3) are the body of.
 
     The body of a bottle ends in no top of its own, as a can does that something stands on.
     """
@@ -77,7 +77,7 @@ def is_floor(
     alike: bool = False,
     options: SurfaceFitOptions = SURFACE_FIT,
 ) -> bool:
-    """Whether points (N, 3) lie, seen from above, within the rim of others (M, 3): the inside of a hollow thing.
+    """Whether points (N, 3) lie, seen from above, within the rim of others (M, 3): the inside of a hollow object.
 
     If their colours are alike, part of the rim may be hidden: the floor of a pan, which its wall rises beside.
     """
@@ -105,7 +105,7 @@ def outline(points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
 
 
 def one_body(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> bool:
-    """Whether two outlines seen from above are parts of one compact thing."""
+    """Whether two outlines seen from above are parts of one compact object."""
     sides = [cv2.minAreaRect(hull)[1] for hull in (a, b, np.concatenate([a, b]))]
     longest = max(*sides[0], *sides[1])
     return bool(max(sides[2]) < 1.15 * longest + 0.006 and min(sides[2]) > 0.5 * min(longest, 0.25))
@@ -126,7 +126,7 @@ def held_by(
 
 
 def has_top(points: npt.NDArray[np.float32], *, options: SurfaceFitOptions = SURFACE_FIT) -> bool:
-    """Whether points (N, 3) end in a surface seen from above, as solid things do, and not in a rim."""
+    """Whether points (N, 3) end in a surface seen from above, as solid objects do, and not in a rim."""
     high = points[points[:, 2] > quantile(points[:, 2], 98) - options.top_m]
     hull = cv2.convexHull(np.ascontiguousarray(high[:, :2]))
     if len(high) < options.least_top_points or min(cv2.minAreaRect(hull)[1]) < options.top_width_m:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small patches of a surface, even in place, slope and colour: what things are put together from (supervoxels)."""
+"""Small patches of a surface, even in place, slope and colour: what objects are put together from (supervoxels)."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.image_arrays import quantile
 from uncom_perception.objects.segments.options import SURFACE_PATCHES, SurfacePatchOptions
-from uncom_perception.objects.table.order_statistics import quantile
 
 Array = npt.NDArray[np.float64]
 FloatImage = npt.NDArray[np.float32]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Walls and the fronts of cupboards that a table stands against: no things, and no part of what stands before them."""
+"""Walls and the fronts of cupboards that a table stands against: no objects, and no part of what stands before them."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.image_arrays import quantile
 from uncom_perception.objects.segments.foreground import Surfaces, connected
 from uncom_perception.objects.segments.options import WALLS, WallOptions
 from uncom_perception.objects.segments.regions import Regions, regions_of
-from uncom_perception.objects.table.order_statistics import quantile
 from uncom_perception.types import FloatArray, Mask
 
 

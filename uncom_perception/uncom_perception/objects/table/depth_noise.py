@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from uncom_perception.image_arrays import quantile
 from uncom_perception.objects.table.options import DEPTH_NOISE, DepthNoiseOptions
-from uncom_perception.objects.table.order_statistics import quantile
 from uncom_perception.objects.table.table_plane import lowest_layer
 
 FloatImage = npt.NDArray[np.float32]
@@ -38,7 +38,7 @@ def measure_noise(
 ) -> NoiseModel:
     """Measure the noise of heights averaged over 5 x 5 pixels (H, W) on table pixels, in bands of distance.
 
-    Things only add points above the table, so that the spread below its level is noise alone.
+    Objects only add points above the table, so that the spread below its level is noise alone.
     """
     some = on_table[:: options.noise_stride, :: options.noise_stride]
     heights, depths = (

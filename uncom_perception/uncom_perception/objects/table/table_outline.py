@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Outline of the table top, also where things cover it."""
+"""Outline of the table top, also where objects cover it."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def find_table(
 ) -> tuple[TableSurface, FloatArray]:
     """Return the table's surface, and its outline (N, 2) on the ground [m].
 
-    A rectangle about what is seen is taken for the table where nothing seen speaks against it, so that things and the
+    A rectangle about what is seen is taken for the table where nothing seen speaks against it, so that objects and the
     image's border do not bite corners off; else the convex outline of what is seen.
     """
     contours = cv2.findContours(on_table.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from skimage.measure import ransac
 
 from uncom_perception.exceptions import TableNotFoundError
+from uncom_perception.image_arrays import quantile
 from uncom_perception.objects.table.options import TABLE_PLANE, TablePlaneOptions
-from uncom_perception.objects.table.order_statistics import quantile
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -164,7 +164,7 @@ def _fit_once(
 def _refined(flat: FloatArray, normal: FloatArray, offset: float, *, options: TablePlaneOptions = TABLE_PLANE) -> Plane:
     """Fit the plane to what lies on it, not to the floors of plates and pans a few millimetres above it.
 
-    Things only ever add points above the table, so the table is the lowest dense layer: its level is the mode of the
+    Objects only ever add points above the table, so the table is the lowest dense layer: its level is the mode of the
     heights, its noise the spread below the mode.
     """
     reach, sigma = options.inlier_m, options.inlier_m

@@ -12,12 +12,10 @@ from uncom_common.camera import PinholeCamera
 from uncom_common.transforms import invert
 
 from uncom_perception.exceptions import TableNotFoundError
-from uncom_perception.image_types import DepthImage, FloatArray
+from uncom_perception.image_arrays import DepthImage, FloatArray, quantile
+from uncom_perception.objects.table.depth_cleaning import without_flying, without_pinholes
 from uncom_perception.objects.table.depth_noise import bow
-from uncom_perception.objects.table.flying_pixels import without_flying
 from uncom_perception.objects.table.options import TABLE_VIEW, TableViewOptions
-from uncom_perception.objects.table.order_statistics import quantile
-from uncom_perception.objects.table.pinholes import without_pinholes
 from uncom_perception.objects.table.table_outline import (
     Ground,
     PointImage,

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Poses of things from an outside estimator (paper: iChores, GDRNet++), matched to the things that are seen.
+"""Poses of objects from an outside estimator (paper: iChores, GDRNet++), matched to the objects that are seen.
 
-A mesh tells what is not seen of a thing: who grasps it gets the whole of it.
+A mesh tells what is not seen of an object: who grasps it gets the whole of it.
 """
 
 from __future__ import annotations
@@ -28,25 +28,25 @@ def with_models(
     *,
     options: ModelFitOptions = MODEL_FIT,
 ) -> Scene:
-    """Give each thing the outside model that overlaps it best, if any does; names that agree count, too.
+    """Give each object the outside model that overlaps it best, if any does; names that agree count, too.
 
-    A thing whose model has a mesh is as large as that from then on, and its cloud is of all of its surface.
+    An object whose model has a mesh is as large as that from then on, and its cloud is of all of its surface.
 
     Args:
         options: numbers that tune it.
         scene: with geometry.
         models: in the scene's frame.
-        same_name: whether two words mean the same kind of thing.
+        same_name: whether two words mean the same kind of object.
         eye: where the camera was (3,), in the scene's frame; None if that is not known.
     """
-    things = [d for d in scene.detections if d.geometry is not None]
-    if not things or not models:
+    objects = [d for d in scene.detections if d.geometry is not None]
+    if not objects or not models:
         return scene
-    agreement = np.array([[_agreement(d, m, same_name, options=options) for m in models] for d in things])
+    agreement = np.array([[_agreement(d, m, same_name, options=options) for m in models] for d in objects])
     chosen: dict[str, ObjectModel] = {}
     for i, j in zip(*linear_sum_assignment(-agreement), strict=True):
         if agreement[i, j] >= options.least_agreement:
-            chosen[things[i].id] = models[int(j)]
+            chosen[objects[i].id] = models[int(j)]
     return replace(
         scene, detections=tuple(_with_model(d, chosen.get(d.id), eye, options=options) for d in scene.detections)
     )
@@ -66,14 +66,14 @@ def _with_model(
 def completed(
     body: Geometry, model: ObjectModel, eye: FloatArray | None = None, *, options: ModelFitOptions = MODEL_FIT
 ) -> Geometry:
-    """Return a seen thing as its model's mesh completes it; as it is if there is no mesh, or one that does not fit.
+    """Return a seen object as its model's mesh completes it; as it is if there is no mesh, or one that does not fit.
 
     The estimator's error is taken out as far as what is seen tells it: the mesh is moved to the seen points. The side
     that it stands on is left out of the cloud: no hand gets there, and inside an edge it would pass for the floor.
 
     Args:
         options: numbers that tune it.
-        body: the thing as it is seen.
+        body: the object as it is seen.
         model: in the frame of the body.
         eye: where the camera was (3,) in that frame: only sides that face it are seen. Thin walls have two.
     """
@@ -130,7 +130,7 @@ def _correction(
         usable = away < options.farthest_m
         p, n = points[nearest[usable]], towards[nearest[usable]]
         along = np.einsum("ij,ij->i", n, seen[usable] - p)
-        by = np.concatenate([n, np.cross(p, n) / options.lever_m], axis=1)  # turned about the thing's middle
+        by = np.concatenate([n, np.cross(p, n) / options.lever_m], axis=1)  # turned about the object's middle
         step = np.linalg.solve(by.T @ by + options.stiffness * len(seen) * np.eye(6), by.T @ along)
         turn = np.eye(4)
         turn[:3, :3] = Rotation.from_rotvec(step[3:] / options.lever_m).as_matrix()
@@ -170,7 +170,7 @@ def _agreement(
     *,
     options: ModelFitOptions = MODEL_FIT,
 ) -> float:
-    """Return how well a model fits a thing, 0 to 1: the overlap of their boxes and their names."""
+    """Return how well a model fits an object, 0 to 1: the overlap of their boxes and their names."""
     body = detection.geometry
     if body is None:
         return 0.0
@@ -181,7 +181,7 @@ def _agreement(
 
 
 def _overlap(body: Geometry, model: ObjectModel, *, options: ModelFitOptions = MODEL_FIT) -> float:
-    """Return the share of the model that lies in the thing's box, or how near its origin is to it without a mesh."""
+    """Return the share of the model that lies in the object's box, or how near its origin is to it without a mesh."""
     half = body.size / 2.0 + options.margin_m
     points: FloatArray = model.pose[:3, 3][None]
     if len(model.vertices) >= options.least_vertices:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The same things over several images: their names stay, and what moved or went away is noticed."""
+"""The same objects over several images: their names stay, and what moved or went away is noticed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class _Track:
 
 
 class ObjectTracker:
-    """Follows things by place and looks in a frame that stays where it is (the base frame)."""
+    """Follows objects by place and looks in a frame that stays where it is (the base frame)."""
 
     def __init__(self, *, options: TrackerOptions = TRACKER) -> None:
         """Know nothing yet."""
@@ -35,8 +35,8 @@ class ObjectTracker:
     def update(self, scene: Scene, frame: RgbdFrame) -> Scene:
         """Return the scene with the names of tracks, and the tracks that moved or vanished since the last image.
 
-        A thing that is not seen has vanished only if the camera sees past it; else a hand or another thing may hide it,
-        and it keeps its name until it is seen again. An image older than the last one is named, but changes nothing.
+        An object that is not seen has vanished only if the camera sees past it; else a hand or another object may hide
+        it, and it keeps its name until it is seen again. An older image than the last one is named and changes nothing.
         """
         if scene.stamp_s < self._stamp_s - 30.0:  # time was set back
             self._tracks.clear()
@@ -114,7 +114,7 @@ def _colours(detection: Detection) -> dict[str, float]:
 
 
 def _likeness(track: _Track, detection: Detection) -> float:
-    """Return how alike two looks at things are, 0 to 1: colours and sizes."""
+    """Return how alike two looks at objects are, 0 to 1: colours and sizes."""
     mine, theirs = track.colours, _colours(detection)
     total = max(sum(mine.values()), sum(theirs.values()), 1e-6)
     colour = sum(min(mine[name], theirs[name]) for name in mine.keys() & theirs.keys()) / total
@@ -132,10 +132,10 @@ def _sees_past(
     *,
     options: TrackerOptions = TRACKER,
 ) -> bool:
-    """Whether the camera sees what is behind the place where a thing was."""
+    """Whether the camera sees what is behind the place where an object was."""
     body = detection.geometry
     if body is None:
-        return True  # the picture alone does not tell what hides a thing
+        return True  # the picture alone does not tell what hides an object
     depth, camera, camera_in_base = frame.depth, frame.camera, frame.camera_in_base
     if depth is None or camera is None:
         return False
