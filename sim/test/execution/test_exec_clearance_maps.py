@@ -12,8 +12,8 @@ from uncom_tiago_exec.types import SIDES
 def test_verdicts_are_the_same_with_and_without_the_map(side):
     """Near the tucked arm and anywhere: free is free and touching is touching."""
     mapped, plain = robot().group(side, start_positions()), robot().group(side, start_positions())
-    assert mapped.clearances
-    plain.clearances = {}
+    assert mapped.clearance_maps
+    plain.clearance_maps = {}
     quick, exact = CollisionChecker(mapped), CollisionChecker(plain)
     rng = np.random.default_rng(8)
     tuck = mapped.vector(start_positions())
@@ -32,9 +32,9 @@ def test_the_map_never_promises_more_room_than_there_is(side):
     group = robot().group(side, start_positions())
     rng = np.random.default_rng(9)
     plain = robot().group(side, start_positions())
-    for pair, clearance in group.clearances.items():
-        plain.clearances, plain.body_pairs = {}, (pair,)
+    for pair, clearance in group.clearance_maps.items():
+        plain.clearance_maps, plain.body_pairs = {}, (pair,)
         for q in rng.uniform(group.lower, group.upper, (40, 8)):
-            promised = clearance.at(q)
+            promised = clearance.clearance_at(q)
             if promised > 0.0:
                 assert CollisionChecker(plain, margins=Margins(body=promised)).is_free(q)

@@ -9,7 +9,7 @@ from exec_fixtures import robot, start_positions
 from scipy.optimize import nnls
 from uncom_tiago_exec.collision.collision_checker import CollisionChecker, Contacts, densify
 from uncom_tiago_exec.collision.options import CONVEX_CHECKER
-from uncom_tiago_exec.robot.convex_covers import convex_covers, name_of, shape_corners
+from uncom_tiago_exec.robot.convex_covers import convex_covers, mesh_hash, shape_corners
 from uncom_tiago_exec.robot.options import CONVEX_COVERS
 from uncom_tiago_exec.scene.obstacles import upright
 from uncom_tiago_exec.types import SIDES, Attachment, Obstacle
@@ -126,12 +126,12 @@ def test_every_point_of_a_mesh_is_within_the_radius_of_one_of_its_bodies():
         if not isinstance(thing.geometry, coal.BVHModelBase):
             continue
         vertices = shape_corners(thing.geometry)
-        for fine in (True, False):
-            textures = convex_covers(vertices, fine=fine)
-            assert all(len(c.corners) <= CONVEX_COVERS.max_corners for c in textures)
+        for detailed in (True, False):
+            covers = convex_covers(vertices, detailed=detailed)
+            assert all(len(c.corners) <= CONVEX_COVERS.max_corners for c in covers)
             points = np.vstack([vertices[::7], rng.dirichlet(np.full(len(vertices), 0.02), 25) @ vertices])
             for point in points:
-                assert min(_apart(c.corners, point) - c.radius for c in textures) < 1e-6
+                assert min(_apart(c.corners, point) - c.radius for c in covers) < 1e-6
 
 
 def _apart(corners, point):
@@ -142,10 +142,10 @@ def _apart(corners, point):
 def test_a_mesh_that_no_file_knows_gets_one_coarse_body():
     points = np.random.default_rng(7).normal(size=(400, 3))
     points *= 0.05 / np.linalg.norm(points, axis=1, keepdims=True)
-    textures = convex_covers(points, fine=True)
-    assert len(textures) == 1
-    assert 0.001 < textures[0].radius < 0.03
-    assert name_of(points) != name_of(points + 1e-3)
+    covers = convex_covers(points, detailed=True)
+    assert len(covers) == 1
+    assert 0.001 < covers[0].radius < 0.03
+    assert mesh_hash(points) != mesh_hash(points + 1e-3)
 
 
 def test_rooms_go_from_wide_to_narrow():

@@ -15,7 +15,11 @@ def test_verdicts_are_the_same_when_every_pair_is_looked_at(side, monkeypatch):
     rng = np.random.default_rng(12)
     group, solids = robot().group(side, start_positions()), tabletop_solids(rng, 12)
     quick = CollisionChecker(group, solids)
-    monkeypatch.setattr(ReachBounds, "near", lambda self, o, _: np.ones((len(self.radius), len(o)), dtype=bool))
+
+    def every_pair(bounds, obstacles, _):
+        return np.ones((len(bounds.radius), len(obstacles)), dtype=bool)
+
+    monkeypatch.setattr(ReachBounds, "pairs_in_reach", every_pair)
     exact = CollisionChecker(group, solids)
     states = rng.uniform(group.lower, group.upper, (1500, 8))
     verdicts = [quick.is_free(q) for q in states]
@@ -26,7 +30,7 @@ def test_verdicts_are_the_same_when_every_pair_is_looked_at(side, monkeypatch):
 def test_what_is_far_away_is_left_out_and_what_is_near_is_not():
     group = robot().group("left", start_positions())
     table, *things = tabletop_solids(np.random.default_rng(1), 6)
-    near = group.bounds.near((table, *things), 0.01)
+    near = group.bounds.pairs_in_reach((table, *things), 0.01)
     hand = group.links.index("gripper_left_link")
     assert near[hand, 0]
     assert near[hand].mean() > 0.5

@@ -86,7 +86,7 @@ class CollisionChecker:
         self.constraint: StateConstraint | None = None
         self._names = list(group.links)
         self._added: list[Any] = []
-        self._near = group.bounds.near(obstacles, max(self.margins.scene, self.margins.fingers))
+        self._near = group.bounds.pairs_in_reach(obstacles, max(self.margins.scene, self.margins.fingers))
         for obstacle in obstacles:
             self._add(obstacle, 0, 0, pin.SE3(obstacle.pose), "scene")
         if attachment is not None:
@@ -173,7 +173,7 @@ class CollisionChecker:
                 stuck.append(self._pair_names(k))
             self._margins[k] = float(max(0.0, min(self._margins[k], 0.9 * distance - least)))
         meshes.lower(self._margins)
-        self._convex.lower(np.array(self._margins))
+        self._convex.lower_margins(np.array(self._margins))
         return tuple(dict.fromkeys(stuck))
 
     def _pair_names(self, k: int) -> tuple[str, str]:

@@ -1,9 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A first look at a configuration with convex covers of the robot's shapes in place of its meshes.
+r"""Fast, conservative collision checks with convex covers of the robot's shapes in place of its meshes.
 
-What it calls free is free, and with room to spare if demands for; what it does not call free has to be looked at with
-the meshes themselves. It is several times as fast: bodies are fewer, and a pair of them costs a microsecond where two
-meshes that are nearly in contact cost a hundred.
+A configuration that this checker calls free is free for the meshes too; one that it does not call free has to be
+checked with the meshes themselves (mesh_checker.py). It is several times as fast: there are fewer pairs, and a pair of
+covers takes a microsecond where two meshes near contact take a hundred.
+
+It also gives what adaptive checks of whole paths need (Schwarzer, Saha and Latombe 2005). For the pair of bodies p,
+with margin m_p and distance d_p(q), and a change of the joints from q to q', let D_p(q, q') bound the displacement of
+its outer body relative to the inner one. Then
+
+$$d_p(q') \ge d_p(q) - D_p(q, q').$$
+
+With a fixed share s_p of each pair, a configuration has the clearance c if d_p(q) > m_p + c s_p for all pairs
+(`has_clearance`), and the travel from q to q' is t = max_p D_p(q, q') / s_p (`travel_between`). If t <= c, every pair
+keeps its margin at q'. The shares are larger for bodies that move more, so that one number c fits both the upper arm,
+which moves little and is always close to the torso, and the hand.
 """
 
 from __future__ import annotations
@@ -15,101 +26,113 @@ import numpy as np
 import pinocchio as pin
 
 from uncom_tiago_exec.collision.options import CONVEX_CHECKER, ConvexCheckerOptions
-from uncom_tiago_exec.robot.cover_model import BodyPairMargins, CoverModel, Pairs, body_of_shape, joint_travel
+from uncom_tiago_exec.robot.cover_model import BodyPairMargins, CoverModel, Pairs, exact_body, joint_travel
 from uncom_tiago_exec.types import FloatArray
 
 
 class ConvexChecker:
-    """Looks at configurations of one group in one scene; made for the pairs and margins of a checker."""
+    """Checks configurations of one group in one scene, for the pairs and margins of a CollisionChecker."""
 
     def __init__(
         self,
         covers: CoverModel,
-        others: Sequence[Any],
+        added: Sequence[Any],
         pairs: Pairs,
         margins: FloatArray,
-        of_body: int,
+        self_collision_pairs: int,
         *,
         options: ConvexCheckerOptions = CONVEX_CHECKER,
     ) -> None:
-        """Build the model of covers and of `others` (what a checker has added); pairs and margins are the checker's.
+        """Build the collision model.
 
-        The first `of_body` pairs are the same for all checkers of a group, but for their margins. Pairs that are
-        always kept may be left out by a negative margin.
+        Args:
+            covers: of the shapes of the group.
+            added: obstacles and held solids as pinocchio geometry objects; their indices follow those of the group.
+            pairs: of shapes to check (P), those of the robot with itself first.
+            margins: of those pairs (P,) [m]; a negative one leaves out a pair that always keeps its margin.
+            self_collision_pairs: number of pairs of the robot with itself; they are the same for all checkers of a
+                group but for their margins.
+            options: numbers that tune it.
         """
         self._options = options
         self.model = covers.model
-        base = covers.base(tuple(pairs[:of_body]), margins[:of_body])
-        bodies, of_shape = list(covers.bodies), list(covers.of_shape)
-        wanted = {i for pair in pairs[of_body:] for i in pair}
-        self._geometry = base.geometry.copy()
-        for k, solid in enumerate(others, len(of_shape)):
-            of_shape.append([len(bodies)] if k in wanted else [])
-            if k in wanted:
-                bodies.append(body_of_shape(solid, k))
+        first = self_collision_pairs
+        robot = covers.self_collision_pairs(tuple(pairs[:first]), margins[:first])
+        bodies, bodies_of_shape = list(covers.bodies), list(covers.bodies_of_shape)
+        used = {i for pair in pairs[first:] for i in pair}
+        self._geometry = robot.geometry.copy()
+        for k, solid in enumerate(added, len(bodies_of_shape)):
+            bodies_of_shape.append([len(bodies)] if k in used else [])
+            if k in used:
+                bodies.append(exact_body(solid, k))
                 self._geometry.addGeometryObject(solid)
-        rest = BodyPairMargins(pairs[of_body:], margins[of_body:], of_shape, bodies, of_body, len(base.demands.pairs))
-        for a, b in rest.pairs:
+        scene = BodyPairMargins(
+            pairs[first:], margins[first:], bodies_of_shape, bodies, first, len(robot.margins.pairs)
+        )
+        for a, b in scene.pairs:
             self._geometry.addCollisionPair(pin.CollisionPair(a, b))
-        self._demands = (base.demands, rest)
+        self._pair_margins = (robot.margins, scene)
         held = [body for body in bodies[len(covers.bodies) :] if body.joint > 0]
-        reach = joint_travel(self.model, covers.far, held) if held else base.reach
-        reaches = np.stack([reach, reach * (np.arange(len(reach)) > 0)[:, None]])
-        pace = np.array(self.model.velocityLimit) @ reaches[1]
-        # near the shoulder little moves and little room is left; far from it, and from the scene, there is more
-        self._share_by_joint = np.stack([np.maximum(pace / pace.max(), least) for least in self._options.least_shares])
-        self._shares = np.concatenate([self._share_by_joint[tuple(demands.outer.T)] for demands in self._demands])
-        self._travel_per_joint = np.hstack(reaches[:, :, 1:] / self._share_by_joint[:, None, 1:])
+        travel = joint_travel(self.model, covers.extents, held) if held else robot.travel
+        # with respect to what stands still, and to what the torso lifts as well: the torso's row is zero
+        travels = np.stack([travel, travel * (np.arange(len(travel)) > 0)[:, None]])
+        top_speeds = np.array(self.model.velocityLimit) @ travels[1]
+        self._share_by_joint = np.stack(
+            [np.maximum(top_speeds / top_speeds.max(), least) for least in self._options.least_shares]
+        )
+        self._shares = np.concatenate([self._share_by_joint[tuple(m.share_indices.T)] for m in self._pair_margins])
+        self._travel_per_joint = np.hstack(travels[:, :, 1:] / self._share_by_joint[:, None, 1:])
         self._data = self.model.createData()
-        self._margins = self._margins_from(margins)
+        self._margins = self._body_margins(margins)
         self._managers: dict[float, tuple[Any, Any]] = {}
         self._without_clearance = self._manager(0.0)[1]
 
-    def _margins_from(self, margins: FloatArray) -> FloatArray:
-        """Return the margin of each pair of bodies: the greatest that its shapes ask for."""
-        least = np.zeros(len(self._shares))
-        for demands in self._demands:
-            np.maximum.at(least, demands.places, margins[demands.shapes] + demands.radii)
-        return least
+    def _body_margins(self, margins: FloatArray) -> FloatArray:
+        """Return the margin of each pair of bodies [m]: the greatest that one of the pairs of shapes needs."""
+        greatest = np.zeros(len(self._shares))
+        for pair_margins in self._pair_margins:
+            np.maximum.at(greatest, pair_margins.body_pairs, margins[pair_margins.shape_pairs] + pair_margins.radii)
+        return greatest
 
-    def _manager(self, room: float) -> tuple[Any, Any]:
-        """Return data and manager that look for a room beside the margins [m], made when they are first needed."""
-        if room not in self._managers:
+    def _manager(self, clearance: float) -> tuple[Any, Any]:
+        """Return geometry data and broad phase for the margins plus a clearance [m], made when first needed."""
+        if clearance not in self._managers:
             gdata = self._geometry.createData()
-            self._set_margins(gdata, room)
-            made = pin.BroadPhaseManager_NaiveCollisionManager(self.model, self._geometry, gdata)
-            self._managers[room] = gdata, made
-        return self._managers[room]
+            self._set_margins(gdata, clearance)
+            manager = pin.BroadPhaseManager_NaiveCollisionManager(self.model, self._geometry, gdata)
+            self._managers[clearance] = gdata, manager
+        return self._managers[clearance]
 
-    def _set_margins(self, gdata: Any, room: float) -> None:
+    def _set_margins(self, gdata: Any, clearance: float) -> None:
+        """Set the margins of all pairs in geometry data, plus their shares of a clearance [m]."""
         for request, margin in zip(
-            gdata.collisionRequests, (self._margins + room * self._shares).tolist(), strict=True
+            gdata.collisionRequests, (self._margins + clearance * self._shares).tolist(), strict=True
         ):
             request.security_margin = margin
 
-    def lower(self, margins: FloatArray) -> None:
-        """Set the margins of the checker's pairs anew; none may be greater than before."""
-        self._margins = np.minimum(self._margins, self._margins_from(margins))
-        for room, (gdata, _) in self._managers.items():
-            self._set_margins(gdata, room)
+    def lower_margins(self, margins: FloatArray) -> None:
+        """Set new margins (P,) of the pairs of shapes [m]; none may be greater than before."""
+        self._margins = np.minimum(self._margins, self._body_margins(margins))
+        for clearance, (gdata, _) in self._managers.items():
+            self._set_margins(gdata, clearance)
 
     def is_free(self, q: FloatArray) -> bool:
-        """Tell whether a configuration (8,) surely keeps every margin."""
+        """Tell whether a configuration (8,) certainly keeps every margin."""
         return not pin.computeCollisions(self.model, self._data, self._without_clearance, q, True)
 
-    def has_clearance(self, q: FloatArray, room: float) -> bool:
-        """Tell whether a configuration (8,) surely keeps every margin while `moves` grows or shrinks by a room [m]."""
-        return not pin.computeCollisions(self.model, self._data, self._manager(room)[1], q, True)
+    def has_clearance(self, q: FloatArray, clearance: float) -> bool:
+        """Tell whether every configuration within a travel of `clearance` [m] of this one (8,) keeps every margin."""
+        return not pin.computeCollisions(self.model, self._data, self._manager(clearance)[1], q, True)
 
     def clearance_shares(self, joint: int) -> tuple[float, float]:
-        """Return which shares of a room solids on a joint have: against what stands still, and what rises with them."""
+        """Return the shares of bodies on a joint: against what stands still, and against what the torso lifts too."""
         return float(self._share_by_joint[0, joint]), float(self._share_by_joint[1, joint])
 
     def travel_between(self, difference: FloatArray) -> float:
-        """Return how far solids move at most when the joints go by (8,) [m], each by its share of the room."""
+        """Return the travel [m] of a change (8,) of the joints, see the module."""
         return float((np.abs(difference) @ self._travel_per_joint).max())
 
     def travel_along(self, points: FloatArray) -> FloatArray:
-        """Return (N,) how far along a path (N, 8) solids have moved at most [m], each by its share of the room."""
+        """Return the travel (N,) [m] along a path (N, 8) from its start to each of its points."""
         steps = (np.abs(np.diff(points, axis=0)) @ self._travel_per_joint).max(axis=1)
         return np.concatenate([[0.0], np.cumsum(steps)])

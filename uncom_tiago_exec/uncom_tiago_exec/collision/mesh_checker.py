@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from uncom_tiago_exec.robot.arm_group import ArmGroup
-from uncom_tiago_exec.robot.clearance import Clearance
+from uncom_tiago_exec.robot.clearance_maps import ClearanceMap
 from uncom_tiago_exec.types import FloatArray
 
 
@@ -33,12 +33,12 @@ class MeshChecker:
         self._data = self._model.createData()
         self._gdata = self._geometry.createData()
         self.lower(margins)
-        self._mapped: list[tuple[int, Clearance]] = []
+        self._mapped: list[tuple[int, ClearanceMap]] = []
         for k, pair in enumerate(group.body_pairs):
-            clearance = group.clearances.get(pair)
+            clearance = group.clearance_maps.get(pair)
             if clearance is not None:
                 self._gdata.deactivateCollisionPair(k)
-                if clearance.smallest <= self._margins[k]:
+                if clearance.smallest_m <= self._margins[k]:
                     self._mapped.append((k, clearance))
         self._manager = pin.TreeBroadPhaseManager_DynamicAABBTreeCollisionManager(
             self._model, self._geometry, self._gdata
@@ -55,7 +55,7 @@ class MeshChecker:
         if pin.computeCollisions(self._model, self._data, self._manager, q, True):
             return False
         for k, clearance in self._mapped:
-            if clearance.at(q) <= self._margins[k] and pin.computeCollision(self._geometry, self._gdata, k):
+            if clearance.clearance_at(q) <= self._margins[k] and pin.computeCollision(self._geometry, self._gdata, k):
                 return False
         return True
 
@@ -81,7 +81,7 @@ def convex_checker_margins(group: ArmGroup, margins: Sequence[float]) -> FloatAr
     """Return the margins (P,) of a checker's pairs, negative where a map tells that they are always kept."""
     asked = np.array(margins)
     for k, pair in enumerate(group.body_pairs):
-        clearance = group.clearances.get(pair)
-        if clearance is not None and clearance.smallest > asked[k]:
+        clearance = group.clearance_maps.get(pair)
+        if clearance is not None and clearance.smallest_m > asked[k]:
             asked[k] = -1.0
     return asked

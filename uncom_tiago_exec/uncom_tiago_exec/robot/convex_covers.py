@@ -1,12 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Convex solids of few corners that hold the collision meshes of a robot, for a first and quick look.
+r"""Convex bodies with few corners that cover the collision meshes of the robot, for fast conservative checks.
 
-A cover is a convex body of at most CORNERS corners and a radius: every point of what it holds is within the radius of
-the body. What keeps a margin and the radius from the body keeps the margin from the shape, so a cover never calls
-free what is not. Shapes of many corners are held by several bodies, found once by measure_covers.py and kept in a
-file under a hash of the mesh; a mesh that is not in the file gets one body, coarser and as safe.
-Bodies have so few corners that coal looks at all of them to find the farthest: its search from corner to corner, for
-larger bodies, is not used (coal issue 308).
+A cover is a convex body B with a radius r such that every point of the mesh M that it covers is within r of B. If an
+obstacle O keeps the margin m + r from B it keeps m from M:
+
+$$d(M, O) \ge d(B, O) - r,$$
+
+so a check with covers never accepts a configuration that the meshes would reject. The radius is found at the corners
+of the hull alone, as the distance to a convex set is a convex function and has its greatest value over a polytope at a
+corner. Meshes with many corners are covered by several bodies, found once by measure_covers.py and stored in a file
+under a hash of the mesh; a mesh that is not in the file gets one coarser body, which is as safe.
+
+The bodies have so few corners that coal looks at all of them to find a support point: its hill climbing from corner
+to corner, used for larger bodies, misses contacts (coal issue 308).
 """
 
 from __future__ import annotations
@@ -26,40 +32,55 @@ from scipy.spatial import ConvexHull, QhullError
 from uncom_tiago_exec.robot.options import CONVEX_COVERS, ConvexCoverOptions
 from uncom_tiago_exec.types import FloatArray
 
-FILE = Path(__file__).parents[1] / "config" / "covers.json"
-_MESHES: dict[tuple[str, bool], tuple[Cover, ...]] = {}  # made once
+COVERS_FILE = Path(__file__).parents[1] / "config" / "covers.json"
+_COVERS_BY_MESH: dict[tuple[str, bool], tuple[Cover, ...]] = {}  # each mesh is covered once a process
 
 
 @dataclass(frozen=True, slots=True)
 class Cover:
-    """A convex body (a coal shape), how far what it holds reaches beyond it [m], and its corners (N, 3)."""
+    """A convex body that covers a mesh or a part of one.
+
+    Attributes:
+        body: its coal shape.
+        radius: greatest distance of a covered point from the body [m].
+        corners: of the body (N, 3), in the frame of the mesh [m].
+    """
 
     body: Any
     radius: float
     corners: FloatArray
 
 
-def convex_covers(mesh: FloatArray, *, fine: bool, options: ConvexCoverOptions = CONVEX_COVERS) -> tuple[Cover, ...]:
-    """Return bodies that together hold the convex hull of a mesh's vertices (N, 3); several only if they are fine."""
-    key = (name_of(mesh), fine)
-    if key not in _MESHES:
-        listed = _as_lists().get(key[0]) if fine else None
-        if listed is None:
-            listed = (fewer(convex_hull(mesh), options=options),)
-        _MESHES[key] = tuple(_cover(*body) for body in listed)
-    return _MESHES[key]
+def convex_covers(
+    mesh: FloatArray, *, detailed: bool, options: ConvexCoverOptions = CONVEX_COVERS
+) -> tuple[Cover, ...]:
+    """Return bodies that together cover the convex hull of a mesh's vertices (N, 3) [m].
+
+    Args:
+        mesh: its vertices.
+        detailed: whether to take the bodies in the file, if it has some; otherwise there is one coarse body.
+        options: numbers that tune it.
+    """
+    key = (mesh_hash(mesh), detailed)
+    if key not in _COVERS_BY_MESH:
+        bodies = _load_bodies().get(key[0]) if detailed else None
+        if bodies is None:
+            bodies = (reduce_corners(convex_hull(mesh), options=options),)
+        _COVERS_BY_MESH[key] = tuple(_make_cover(*body) for body in bodies)
+    return _COVERS_BY_MESH[key]
 
 
-def name_of(mesh: FloatArray) -> str:
-    """Return the name under which the file keeps a mesh's vertices (N, 3): a hash of them in hundredths of mm."""
+def mesh_hash(mesh: FloatArray) -> str:
+    """Return the key of a mesh's vertices (N, 3) [m] in the file: a hash of them in hundredths of a millimetre."""
     return hashlib.sha256(np.round(mesh * 1e5).astype(np.int64).tobytes()).hexdigest()[:24]
 
 
 @lru_cache(maxsize=1)
-def _as_lists() -> dict[str, tuple[tuple[FloatArray, float], ...]]:
-    if not FILE.is_file():
+def _load_bodies() -> dict[str, tuple[tuple[FloatArray, float], ...]]:
+    """Return the bodies in the file (corners (N, 3) and radius [m]), by the hash of the mesh; none without a file."""
+    if not COVERS_FILE.is_file():
         return {}
-    meshes = json.loads(FILE.read_text(encoding="utf-8"))["meshes"]
+    meshes = json.loads(COVERS_FILE.read_text(encoding="utf-8"))["meshes"]
     return {
         name: tuple((np.array(body["corners"]), float(body["radius"])) for body in bodies)
         for name, bodies in meshes.items()
@@ -67,7 +88,10 @@ def _as_lists() -> dict[str, tuple[tuple[FloatArray, float], ...]]:
 
 
 def shape_corners(shape: Any, *, options: ConvexCoverOptions = CONVEX_COVERS) -> FloatArray | None:
-    """Return points (N, 3) whose hull holds a box, cylinder or mesh, in its own frame; None for other kinds."""
+    """Return points (N, 3) whose convex hull encloses a box, cylinder or mesh, in the frame of the shape [m].
+
+    A cylinder is enclosed by a prism around it. None for other kinds of shapes.
+    """
     if isinstance(shape, coal.BVHModelBase):
         return np.array(shape.vertices())
     if isinstance(shape, coal.Box):
@@ -83,59 +107,64 @@ def shape_corners(shape: Any, *, options: ConvexCoverOptions = CONVEX_COVERS) ->
 
 
 def convex_hull(points: FloatArray) -> FloatArray:
-    """Return the corners of the convex hull of points (N, 3)."""
+    """Return the corners (M, 3) of the convex hull of points (N, 3)."""
     return np.asarray(points[ConvexHull(points).vertices])
 
 
-def fewer(corners: FloatArray, *, options: ConvexCoverOptions = CONVEX_COVERS) -> tuple[FloatArray, float]:
-    """Return at most CORNERS of a hull's corners (N, 3), and how far the others are from their hull at most [m].
+def reduce_corners(corners: FloatArray, *, options: ConvexCoverOptions = CONVEX_COVERS) -> tuple[FloatArray, float]:
+    """Return at most `max_corners` of a hull's corners (N, 3), and the distance of the others from their hull [m].
 
-    Each time that one is taken which lies farthest beyond a face of those taken.
+    Corners are chosen greedily: from a simplex on, each next one is that farthest beyond a face of the hull so far.
     """
     if len(corners) <= options.max_corners:
         return corners, 0.0
-    chosen = _simplex(corners)
+    chosen = _initial_simplex(corners)
     hull = ConvexHull(corners[chosen], incremental=True)
     while len(chosen) < options.max_corners:
         outside = (corners @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
         chosen.append(int(outside.argmax()))
         try:
             hull.add_points(corners[chosen[-1:]])
-        except QhullError:  # faces too nearly in one plane to be merged: shaken a little they are told apart
+        except QhullError:  # nearly coplanar faces cannot be merged: Qhull's joggled input (QJ) tells them apart
             hull = ConvexHull(corners[chosen], incremental=True, qhull_options="QJ")
     hull.close()
     rest = np.delete(corners, chosen, axis=0)
-    return corners[chosen], max(_distance(corners[chosen], point) for point in rest) + options.slack_m
+    return corners[chosen], max(_distance_bound(corners[chosen], point) for point in rest) + options.slack_m
 
 
-def _simplex(corners: FloatArray) -> list[int]:
-    """Return four corners that are far from one plane: each is the farthest from what those before it span."""
+def _initial_simplex(corners: FloatArray) -> list[int]:
+    """Return the indices of four corners that are far from coplanar: each is farthest from the span of those before."""
     rest = corners - corners[0]
     chosen = [int((rest * rest).sum(axis=1).argmax())]
     rest = corners - corners[chosen[0]]
     for _ in range(3):
         chosen.append(int((rest * rest).sum(axis=1).argmax()))
-        along = rest[chosen[-1]] / np.linalg.norm(rest[chosen[-1]])
-        rest = rest - np.outer(rest @ along, along)
+        direction = rest[chosen[-1]] / np.linalg.norm(rest[chosen[-1]])
+        rest = rest - np.outer(rest @ direction, direction)
     return chosen
 
 
-def _distance(corners: FloatArray, point: FloatArray) -> float:
-    """Return a bound on how far a point (3,) is from the hull of corners (N, 3): its distance from one mixture."""
+def _distance_bound(corners: FloatArray, point: FloatArray) -> float:
+    """Return an upper bound [m] on the distance of a point (3,) from the convex hull of corners (N, 3).
+
+    It is the distance from one point of the hull: the convex combination of corners, found by nonnegative least
+    squares with a heavily weighted row for the sum of the weights, that is nearest to the point.
+    """
     weights, _ = nnls(np.vstack([corners.T, np.full(len(corners), 1e3)]), np.append(point, 1e3))
     return float(np.linalg.norm(weights @ corners / weights.sum() - point))
 
 
-def _cover(corners: FloatArray, radius: float) -> Cover:
+def _make_cover(corners: FloatArray, radius: float) -> Cover:
+    """Return the cover with these corners (N, 3) and radius [m]; the normals of its faces point outwards."""
     hull = ConvexHull(corners)
     kept = corners[hull.vertices]
-    place = np.zeros(len(corners), dtype=int)
-    place[hull.vertices] = np.arange(len(kept))
+    index = np.zeros(len(corners), dtype=int)
+    index[hull.vertices] = np.arange(len(kept))
     points, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
     for corner in kept:
         points.append(corner)
     for triangle, plane in zip(hull.simplices, hull.equations, strict=True):
-        a, b, c = (int(i) for i in place[triangle])
+        a, b, c = (int(i) for i in index[triangle])
         if np.cross(kept[b] - kept[a], kept[c] - kept[a]) @ plane[:3] < 0.0:
             b, c = c, b
         faces.append(coal.Triangle(a, b, c))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How the fingers of a gripper move: both alike, and no farther than they reach.
+"""Motions of the two fingers of a gripper: both travel the same distance, within their range.
 
-What is held may have moved to one side with both fingers. They then close further from where they are: a finger that
-has come to where it was told presses no more.
+A held object may have shifted to one side together with both fingers. Closing then starts from where the fingers are:
+a finger that has reached its commanded position exerts no force any more.
 """
 
 from __future__ import annotations
@@ -17,16 +17,23 @@ from uncom_tiago_exec.types import Side, Trajectory
 
 
 def finger_gap(side: Side, positions: Mapping[str, float]) -> float:
-    """Return the gap between the fingers [m] at some joint positions."""
+    """Return the gap between the fingers [m] at joint positions by name [m]."""
     return sum(positions[name] for name in finger_joints(side))
 
 
 def finger_motion(
     side: Side, gap: float, positions: Mapping[str, float], *, options: GripperOptions = GRIPPER
 ) -> Trajectory:
-    """Return the motion that brings the fingers from where they are to a gap [m]; it is one point, their goal.
+    """Return the motion that brings the fingers from their positions to a gap; it has one point, the goal.
 
-    Opening, or closing wholly, they end in the middle; else each closes by half of what is left, as far as it can.
+    When they open, or close completely, they end symmetrically about the middle; otherwise each closes by half of the
+    difference of the gaps, within its range.
+
+    Args:
+        side: of the gripper.
+        gap: between the fingers at the end [m].
+        positions: joint positions by name [m].
+        options: numbers that tune it.
     """
     joints = finger_joints(side)
     start = np.array([positions[name] for name in joints])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The measures of a parallel gripper, in its grasping frame."""
+"""The dimensions of a parallel gripper, in its grasping frame."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class GripperShape:
-    """The gripper in its grasping frame (x approach, y opening, z across the pads) [m].
+    """Dimensions of the gripper in its grasping frame (x approach, y opening, z across the pads) [m].
 
     Seen along -z, fingers open; z (across the pads) points to the reader, the origin lies on the x axis:
 
@@ -32,8 +32,13 @@ class GripperShape:
     Seen along +x, from behind the palm, a pad reaches from -half_width to +half_width along z, the palm from -body[1]
     to +body[1].
 
-    tip: x of the finger tips; palm: x of the palm's front; thickness: of a finger along y;
-    half_width: of a pad along z; open: greatest gap between the pads; body: half extents of the palm in y and z.
+    Attributes:
+        tip: x of the finger tips.
+        palm: x of the front of the palm.
+        thickness: of a finger along y.
+        half_width: half the width of a pad along z.
+        open: greatest gap between the pads.
+        body: half extents of the palm in y and z.
     """
 
     tip: float

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names of TIAGo++'s joints, in the order of its controllers."""
+"""Names of the joints of a TIAGo++, in the order of its controllers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def arm_joints(side: Side) -> tuple[str, ...]:
 
 
 def group_joints(side: Side) -> tuple[str, ...]:
-    """Return torso and arm joints, the order of every joint vector here."""
+    """Return the joints of torso and arm: the order of every joint vector (8,) of a planning group."""
     return (TORSO_JOINT, *arm_joints(side))
 
 

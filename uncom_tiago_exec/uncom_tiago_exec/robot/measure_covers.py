@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cuts the collision meshes of a robot into convex bodies of few corners, and keeps them in a file (covers.py).
+"""Cuts the collision meshes of the robot into convex bodies with few corners (convex_covers.py), and writes a file.
 
-The file is made anew for a robot description by:
+The file is made for a robot description by:
     python -m uncom_tiago_exec.robot.measure_covers URDF_FILE
 """
 
@@ -15,25 +15,36 @@ from pathlib import Path
 import coal
 import numpy as np
 
-from uncom_tiago_exec.robot.convex_covers import FILE, convex_hull, fewer, name_of
+from uncom_tiago_exec.robot.convex_covers import COVERS_FILE, convex_hull, mesh_hash, reduce_corners
 from uncom_tiago_exec.robot.options import CONVEX_COVERS, ConvexCoverOptions
 from uncom_tiago_exec.robot.robot_model import RobotModel
 from uncom_tiago_exec.types import FloatArray
 
-# [m] radius that is small enough: of what is always near the shoulder, of the rest of an arm, and of all else
-_FINE = {True: 0.0008, False: 0.0018}
-_NEAR = re.compile(r"arm_\w+_[12]_")
+_SHOULDER_LINKS = re.compile(r"arm_\w+_[12]_")
 
 Body = tuple[FloatArray, float]
 
 
-def bodies_of(
-    corners: FloatArray, fine: float, cuts: int | None = None, *, options: ConvexCoverOptions = CONVEX_COVERS
+def split_hull(
+    corners: FloatArray, radius: float, cuts: int | None = None, *, options: ConvexCoverOptions = CONVEX_COVERS
 ) -> list[Body]:
-    """Return corners and radius of the bodies that hold a hull: as few as are fine [m], cut where it does most."""
-    whole = fewer(corners)
+    """Return the bodies that cover a convex hull, as few as reach a radius.
+
+    The hull is cut in two where the larger radius of the halves becomes least (planes across its principal axes and
+    the coordinate axes), and the halves are cut again until the radius is reached or no cuts are left.
+
+    Args:
+        corners: of the hull (N, 3) [m].
+        radius: at which a body is good enough [m].
+        cuts: depth of cuts still allowed; that of the options if None.
+        options: numbers that tune it.
+
+    Returns:
+        Corners (M, 3) and radius [m] of each body.
+    """
+    whole = reduce_corners(corners, options=options)
     cuts = options.cuts if cuts is None else cuts
-    if cuts == 0 or whole[1] <= fine:
+    if cuts == 0 or whole[1] <= radius:
         return [whole]
     axes = [*np.linalg.svd(corners - corners.mean(axis=0))[2], *np.eye(3)]
     best: list[Body] = [whole]
@@ -41,23 +52,25 @@ def bodies_of(
     for axis in axes:
         along = corners @ axis
         for share in options.cut_shares:
-            parts = cut(corners, axis, float(along.min() + share * np.ptp(along)) + 1e-6)
-            tried = [fewer(part) for part in parts]
-            if max(radius for _, radius in tried) < max(radius for _, radius in best):
+            parts = split_at_plane(corners, axis, float(along.min() + share * np.ptp(along)) + 1e-6)
+            tried = [reduce_corners(part, options=options) for part in parts]
+            if max(r for _, r in tried) < max(r for _, r in best):
                 best, halves = tried, parts
-    if halves is None or max(radius for _, radius in best) <= fine:
+    if halves is None or max(r for _, r in best) <= radius:
         return best
-    return [body for half in halves for body in bodies_of(half, fine, cuts - 1, options=options)]
+    return [body for half in halves for body in split_hull(half, radius, cuts - 1, options=options)]
 
 
-def fine_enough(name: str, *, options: ConvexCoverOptions = CONVEX_COVERS) -> float:
-    """Return the radius [m] that the bodies of a shape need not be finer than."""
-    return _FINE[_NEAR.match(name) is not None] if name.startswith("arm_") else options.coarse_m
+def target_radius(name: str, *, options: ConvexCoverOptions = CONVEX_COVERS) -> float:
+    """Return the radius [m] at which the covers of a shape of this name are good enough."""
+    if not name.startswith("arm_"):
+        return options.coarse_m
+    return options.shoulder_m if _SHOULDER_LINKS.match(name) else options.arm_m
 
 
-def cut(corners: FloatArray, axis: FloatArray, at: float) -> tuple[FloatArray, FloatArray]:
-    """Return the corners of the two parts of a hull (N, 3) on both sides of the plane axis x = at."""
-    side = corners @ axis - at
+def split_at_plane(corners: FloatArray, axis: FloatArray, offset: float) -> tuple[FloatArray, FloatArray]:
+    """Return the corners of the two parts of a hull (N, 3) on both sides of the plane axis . x = offset."""
+    side = corners @ axis - offset
     first, second = np.triu_indices(len(corners), 1)  # the section of a hull is that of all lines between corners
     crossing = side[first] * side[second] < 0.0
     first, second = first[crossing], second[crossing]
@@ -68,7 +81,7 @@ def cut(corners: FloatArray, axis: FloatArray, at: float) -> tuple[FloatArray, F
 
 
 def main(argv: list[str], *, options: ConvexCoverOptions = CONVEX_COVERS) -> int:
-    """Write the file for a robot description given as a file."""
+    """Write the file for the URDF file named on the command line; return the exit status."""
     if len(argv[1:]) != 1:
         sys.stderr.write("use: python -m uncom_tiago_exec.robot.measure_covers URDF_FILE\n")
         return 2
@@ -77,14 +90,14 @@ def main(argv: list[str], *, options: ConvexCoverOptions = CONVEX_COVERS) -> int
     for geometry in robot.geometry.geometryObjects:
         if isinstance(geometry.geometry, coal.BVHModelBase):
             vertices = np.array(geometry.geometry.vertices())
-            meshes[name_of(vertices)] = [
-                {"radius": round(radius + options.slack_m, 6), "corners": np.round(corners, 6).tolist()}
-                for corners, radius in bodies_of(
-                    convex_hull(vertices), fine_enough(geometry.name, options=options), options=options
-                )
+            radius = target_radius(geometry.name, options=options)
+            meshes[mesh_hash(vertices)] = [
+                {"radius": round(r + options.slack_m, 6), "corners": np.round(corners, 6).tolist()}
+                for corners, r in split_hull(convex_hull(vertices), radius, options=options)
             ]
     command = "python -m uncom_tiago_exec.robot.measure_covers URDF_FILE"
-    FILE.write_text(json.dumps({"command": command, "meshes": meshes}, separators=(",", ":")) + "\n", encoding="utf-8")
+    text = json.dumps({"command": command, "meshes": meshes}, separators=(",", ":"))
+    COVERS_FILE.write_text(text + "\n", encoding="utf-8")
     return 0
 
 

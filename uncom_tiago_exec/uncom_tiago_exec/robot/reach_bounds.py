@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which links can come near which solids at all, whatever the joints do: pairs that cannot need no check."""
+"""Which shapes of the robot can come near which obstacles in any configuration; other pairs need no check.
+
+The centre of each shape stays within a distance of a vertical segment: the shoulder's path as the torso rises (or a
+fixed point, for shapes that nothing moves). For a shape on the arm the distance is the sum of the lengths of the links
+from the first joint of the arm to it.
+"""
 
 from __future__ import annotations
 
@@ -12,41 +17,56 @@ import numpy.typing as npt
 from uncom_tiago_exec.robot.options import REACH_BOUNDS, ReachBoundOptions
 from uncom_tiago_exec.types import Obstacle
 
+_TORSO_LIFT, _FIRST_ARM_JOINT = 1, 2  # joint indices in the model of a group; 0 is the universe
+
 
 class ReachBounds:
-    """For each shape of a group: the vertical line its middle is always within a distance of, as the torso rises."""
+    """For each shape of a group the vertical segment that it stays within a distance of.
+
+    Attributes:
+        radius: those distances (G,), to the farthest point of the shape [m].
+    """
 
     def __init__(
         self, model: Any, geometry: Any, lower: float, upper: float, *, options: ReachBoundOptions = REACH_BOUNDS
     ) -> None:
-        """Bound the shapes of a pinocchio model and its geometry; lower and upper are the torso's limits [m]."""
-        self._options = options
-        first = 2  # joint of the arm in the model, after the universe (0) and the torso's lift (1)
-        lines, self.radius = [], np.zeros(len(geometry.geometryObjects))
-        for i, thing in enumerate(geometry.geometryObjects):
-            shape = thing.geometry
-            shape.computeLocalAABB()
-            middle = np.array(thing.placement.act(np.array(shape.aabb_center)))
-            joint, far = thing.parentJoint, float(shape.aabb_radius)
-            if joint > 1:  # turns about joints of the arm: within the length of the chain from the first of them
-                far += float(np.linalg.norm(middle))
-                while joint > first:
-                    far += float(np.linalg.norm(model.jointPlacements[joint].translation))
-                    joint = model.parents[joint]
-                middle = np.array(model.jointPlacements[first].translation)
-            if joint > 0:
-                middle = middle + np.array(model.jointPlacements[1].translation)
-            rise = np.array([[lower], [upper]]) if joint > 0 else np.zeros((2, 1))
-            lines.append(middle + rise * [0.0, 0.0, 1.0])
-            self.radius[i] = far + self._options.slack_m
-        self._low, self._high = np.array(lines)[:, 0], np.array(lines)[:, 1]
+        """Bound all shapes of a group.
 
-    def near(self, obstacles: Sequence[Obstacle], margin: float) -> npt.NDArray[np.bool_]:
-        """Return for each shape and obstacle (G, O) whether they can come as near as a margin [m]."""
+        Args:
+            model: pinocchio model of torso and arm.
+            geometry: its collision shapes.
+            lower: least height of the torso joint [m].
+            upper: greatest height of the torso joint [m].
+            options: numbers that tune it.
+        """
+        segments, self.radius = [], np.zeros(len(geometry.geometryObjects))
+        for i, solid in enumerate(geometry.geometryObjects):
+            shape = solid.geometry
+            shape.computeLocalAABB()
+            centre = np.array(solid.placement.act(np.array(shape.aabb_center)))
+            joint, radius = solid.parentJoint, float(shape.aabb_radius)
+            if joint > _TORSO_LIFT:
+                radius += float(np.linalg.norm(centre))
+                while joint > _FIRST_ARM_JOINT:
+                    radius += float(np.linalg.norm(model.jointPlacements[joint].translation))
+                    joint = model.parents[joint]
+                centre = np.array(model.jointPlacements[_FIRST_ARM_JOINT].translation)
+            if joint > 0:
+                centre = centre + np.array(model.jointPlacements[_TORSO_LIFT].translation)
+            rise = np.array([[lower], [upper]]) if joint > 0 else np.zeros((2, 1))
+            segments.append(centre + rise * [0.0, 0.0, 1.0])
+            self.radius[i] = radius + options.slack_m
+        self._low, self._high = np.array(segments)[:, 0], np.array(segments)[:, 1]
+
+    def pairs_in_reach(self, obstacles: Sequence[Obstacle], margin: float) -> npt.NDArray[np.bool_]:
+        """Return for each shape and obstacle (G, O) whether they can come within a margin [m] of one another.
+
+        Obstacles, in base_footprint, are taken as their axis-aligned bounding boxes.
+        """
         if not obstacles:
             return np.zeros((len(self.radius), 0), dtype=bool)
-        middles = np.array([o.pose[:3, 3] for o in obstacles])
+        centres = np.array([o.pose[:3, 3] for o in obstacles])
         half = np.array([np.abs(o.pose[:3, :3]) @ np.array(o.size) / 2.0 for o in obstacles])
-        low, high = middles - half, middles + half
+        low, high = centres - half, centres + half
         gaps = np.maximum(np.maximum(low[None] - self._high[:, None], self._low[:, None] - high[None]), 0.0)
         return np.asarray(np.linalg.norm(gaps, axis=2) <= self.radius[:, None] + margin)

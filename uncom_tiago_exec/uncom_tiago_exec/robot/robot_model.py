@@ -19,19 +19,19 @@ from scipy.spatial import ConvexHull
 
 from uncom_tiago_exec.exceptions import RobotModelError
 from uncom_tiago_exec.robot.arm_group import ArmGroup
-from uncom_tiago_exec.robot.clearance import Clearance, clearances
+from uncom_tiago_exec.robot.clearance_maps import ClearanceMap, load_clearance_maps
 from uncom_tiago_exec.robot.gripper_shape import GripperShape
 from uncom_tiago_exec.robot.joint_names import TORSO_JOINT, arm_joints, finger_joints, group_joints
 from uncom_tiago_exec.robot.link_pairs import adjacent_pairs, disabled_pairs, link_of_geometry
 from uncom_tiago_exec.types import FloatArray, Side
 
 _LOG = logging.getLogger(__name__)
-_CAMERAS = ("head_front_camera_rgb_optical_frame", "xtion_rgb_optical_frame", "head_2_link")
+_CAMERA_FRAMES = ("head_front_camera_rgb_optical_frame", "xtion_rgb_optical_frame", "head_2_link")
 _IGNORED_LINKS = re.compile(r"caster|wheel|antenna|suspension|cover|sonar|mic")
 
 
 def package_directories() -> list[str]:
-    """Return the folders in which package:// names are looked up: ROS, ament index, and installed wheels."""
+    """Return the folders in which package:// URIs are resolved: ROS, ament index, and installed wheels."""
     found = [p for p in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if p]
     found += [str(Path(p) / "share") for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
     found.append(str(Path(pin.__file__).parents[4] / "share"))
@@ -41,13 +41,22 @@ def package_directories() -> list[str]:
 
 
 class RobotModel:
-    """A whole robot as its URDF describes it."""
+    """The whole robot as its URDF describes it.
+
+    Attributes:
+        model: its pinocchio model; the base frame is base_footprint.
+        geometry: its collision shapes, meshes replaced by their convex hulls.
+    """
 
     def __init__(self, urdf: str, package_dirs: Iterable[str] | None = None) -> None:
-        """Parse URDF text and load its collision meshes.
+        """Parse a URDF and load its collision meshes.
+
+        Args:
+            urdf: text of the description.
+            package_dirs: folders in which package:// URIs are resolved; those of package_directories if None.
 
         Raises:
-            RobotModelError: not a URDF, a mesh is missing, or the joints of a TIAGo++ are not all there.
+            RobotModelError: it is no URDF, a mesh is missing, or not all joints of a TIAGo++ are there.
         """
         directories = list(package_dirs) if package_dirs is not None else package_directories()
         try:
@@ -58,15 +67,15 @@ class RobotModel:
                     self.model, urdf, pin.GeometryType.COLLISION, directories
                 )
         except (ValueError, RuntimeError) as err:
-            first = str(err).splitlines()[0] if str(err) else "unknown"
-            raise RobotModelError(f"/robot_description cannot be used for planning: {first}") from err
-        wanted = {TORSO_JOINT, *(j for s in ("left", "right") for j in (*arm_joints(s), *finger_joints(s)))}
-        missing = sorted(wanted - set(self.model.names))
+            reason = str(err).splitlines()[0] if str(err) else "unknown"
+            raise RobotModelError(f"/robot_description cannot be used for planning: {reason}") from err
+        required = {TORSO_JOINT, *(j for s in ("left", "right") for j in (*arm_joints(s), *finger_joints(s)))}
+        missing = sorted(required - set(self.model.names))
         if missing:
             raise RobotModelError(f"/robot_description lacks joints of a TIAGo++ with grippers: {', '.join(missing)}")
         self._reach: dict[Side, float] = {}
         self._pairs: dict[Side, tuple[tuple[int, int], ...]] = {}
-        self._clearances: dict[Side, dict[tuple[int, int], Clearance]] = {}
+        self._clearance_maps: dict[Side, dict[tuple[int, int], ClearanceMap]] = {}
         self._grippers: dict[Side, GripperShape] = {}
         for name in [g.name for g in self.geometry.geometryObjects if _ignored(g)]:
             self.geometry.removeGeometryObject(name)
@@ -75,7 +84,10 @@ class RobotModel:
                 geometry.geometry = _hull(geometry.geometry)
 
     def configuration(self, positions: Mapping[str, float]) -> FloatArray:
-        """Return the full configuration with the given joints set and all others neutral."""
+        """Return the configuration of the whole model with joints given by name [rad, or m]; others are neutral.
+
+        Names that the model does not have, and joints of more than one coordinate, are passed over.
+        """
         q = np.array(pin.neutral(self.model))
         for name, value in positions.items():
             if self.model.existJointName(name):
@@ -85,22 +97,22 @@ class RobotModel:
         return q
 
     def camera(self, positions: Mapping[str, float]) -> FloatArray:
-        """Return where the head's camera is in base_footprint (3,) [m].
+        """Return the position (3,) of the head camera in base_footprint [m], at joint positions by name.
 
         Raises:
-            RobotModelError: the robot has no head.
+            RobotModelError: the robot has no frame of such a camera.
         """
-        frame = next((name for name in _CAMERAS if self.model.existFrame(name)), None)
+        frame = next((name for name in _CAMERA_FRAMES if self.model.existFrame(name)), None)
         if frame is None:
-            raise RobotModelError(f"/robot_description has none of the frames {', '.join(_CAMERAS)}")
+            raise RobotModelError(f"/robot_description has none of the frames {', '.join(_CAMERA_FRAMES)}")
         data = self.model.createData()
         pin.framesForwardKinematics(self.model, data, self.configuration(positions))
         return np.array(data.oMf[self.model.getFrameId(frame)].translation)
 
     def group(self, side: Side, positions: Mapping[str, float]) -> ArmGroup:
-        """Return torso and one arm, all other joints locked where they are."""
-        wanted = group_joints(side)
-        locked = [i for i in range(1, self.model.njoints) if self.model.names[i] not in wanted]
+        """Return torso and one arm, with all other joints locked at the given positions [rad, or m]."""
+        kept = group_joints(side)
+        locked = [i for i in range(1, self.model.njoints) if self.model.names[i] not in kept]
         model, geometry = pin.buildReducedModel(self.model, self.geometry, locked, self.configuration(positions))
         if side not in self._grippers:
             self._grippers[side] = self.gripper(side)
@@ -108,12 +120,16 @@ class RobotModel:
         self._reach[side] = group.reach
         if side not in self._pairs:
             self._pairs[side] = _pairs_to_check(model, geometry)
-            self._clearances[side] = clearances(model, geometry, self._pairs[side])
-        group.body_pairs, group.clearances = self._pairs[side], self._clearances[side]
+            self._clearance_maps[side] = load_clearance_maps(model, geometry, self._pairs[side])
+        group.body_pairs, group.clearance_maps = self._pairs[side], self._clearance_maps[side]
         return group
 
     def gripper(self, side: Side) -> GripperShape:
-        """Measure the gripper's collision shapes in the grasping frame, fingers closed."""
+        """Measure the collision shapes of a gripper in its grasping frame, with the fingers closed.
+
+        Raises:
+            RobotModelError: the grasping frame or collision shapes of the gripper are missing.
+        """
         data = self.model.createData()
         gdata = self.geometry.createData()
         q = self.configuration({})
@@ -150,9 +166,9 @@ class RobotModel:
 
 
 def _hull(mesh: Any) -> Any:
-    """Return the convex hull of a mesh as a mesh: what controllers and simulators check is at most this.
+    """Return the convex hull of a mesh, as a mesh; the controllers and simulators check no more than that.
 
-    It stays a bounding volume hierarchy: coal's own convex shapes miss contacts (coal issue 308).
+    It stays a bounding volume hierarchy, as coal's own convex shapes miss contacts (coal issue 308).
     """
     vertices = np.array(mesh.vertices())
     hull = coal.BVHModelOBBRSS()
@@ -165,7 +181,7 @@ def _hull(mesh: Any) -> Any:
 
 
 def _pairs_to_check(model: Any, geometry: Any) -> tuple[tuple[int, int], ...]:
-    """Return the pairs of collision shapes that may touch: neighbours and pairs that never (or always) do left out."""
+    """Return the pairs of collision shapes to check: without neighbours and pairs that never, or always, touch."""
     skipped = disabled_pairs() | adjacent_pairs(model, geometry)
     objects = list(geometry.geometryObjects)
     links = [link_of_geometry(g.name) for g in objects]
@@ -177,11 +193,12 @@ def _pairs_to_check(model: Any, geometry: Any) -> tuple[tuple[int, int], ...]:
 
 
 def _ignored(geometry: Any) -> bool:
+    """Tell whether a collision shape is of a small part of the base that no arm reaches."""
     return _IGNORED_LINKS.search(geometry.name) is not None
 
 
 def _corners(geometry: Any, placement: Any) -> FloatArray:
-    """Return the corners (8, 3) of a shape's local bounding box in another frame."""
+    """Return the corners (8, 3) of a shape's local bounding box in the frame that its placement is given in [m]."""
     shape = geometry.geometry
     shape.computeLocalAABB()
     low, high = np.array(shape.aabb_local.min_), np.array(shape.aabb_local.max_)
