@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 from exec_fixtures import robot, start_positions
-from uncom_tiago_exec.collision.collision_checker import CollisionChecker, Margins
+from uncom_tiago_exec.collision.collision_checker import CollisionChecker
+from uncom_tiago_exec.collision.options import Margins
 from uncom_tiago_exec.types import SIDES
 
 

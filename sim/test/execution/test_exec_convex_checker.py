@@ -43,23 +43,23 @@ def _checker(side, seed):
     return checker, home, rng
 
 
-def _mesh_checker(checker, q):
+def _is_free_by_meshes(checker, q):
     """Look at the meshes and solids alone: each pair by itself, without covers, maps or a broad phase."""
     return not checker.touching(q)
 
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("side", SIDES)
-def test_the_quick_look_never_calls_free_what_the_meshes_do_not(side, seed):
+def test_the_covers_never_calls_free_what_the_meshes_do_not(side, seed):
     checker, home, rng = _checker(side, seed)
     group = checker.group
     states = [*rng.uniform(group.lower, group.upper, (250, 8)), *group.clamp(home + rng.normal(0.0, 0.3, (250, 8)))]
-    said, true = [checker.is_free(q) for q in states], [_mesh_checker(checker, q) for q in states]
+    said, true = [checker.is_free(q) for q in states], [_is_free_by_meshes(checker, q) for q in states]
     assert said == true
     assert 50 < sum(true) < 480
 
 
-def test_nearly_all_free_states_are_told_by_the_quick_look_alone():
+def test_nearly_all_free_states_are_told_by_the_covers_alone():
     checker, _, rng = _checker("left", 3)
     free = [q for q in rng.uniform(checker.group.lower, checker.group.upper, (600, 8)) if checker.is_free(q)]
     quick = sum(checker._convex.is_free(q) for q in free)
@@ -111,21 +111,21 @@ def test_no_solid_moves_farther_than_the_bound_that_lets_states_be_left_out():
     for _ in range(60):
         a = rng.uniform(group.lower, group.upper)
         b = group.clamp(a + rng.normal(0.0, 0.1, 8))
-        room = float(quick.travel_along(np.vstack([a, b]))[-1])
+        travel = float(quick.travel_along(np.vstack([a, b]))[-1])
         for rising in (False, True):
             first, second = places(a, rising), places(b, rising)
             for i in movable:
                 ends = [corners[i] @ p[i].rotation.T + p[i].translation for p in (first, second)]
                 moved = float(np.linalg.norm(ends[1] - ends[0], axis=1).max())
-                assert moved <= room * share[i][int(rising)] + 1e-9
+                assert moved <= travel * share[i][int(rising)] + 1e-9
 
 
 def test_every_point_of_a_mesh_is_within_the_radius_of_one_of_its_bodies():
     rng = np.random.default_rng(4)
-    for thing in robot().geometry.geometryObjects:
-        if not isinstance(thing.geometry, coal.BVHModelBase):
+    for solid in robot().geometry.geometryObjects:
+        if not isinstance(solid.geometry, coal.BVHModelBase):
             continue
-        vertices = shape_corners(thing.geometry)
+        vertices = shape_corners(solid.geometry)
         for detailed in (True, False):
             covers = convex_covers(vertices, detailed=detailed)
             assert all(len(c.corners) <= CONVEX_COVERS.max_corners for c in covers)
@@ -148,5 +148,5 @@ def test_a_mesh_that_no_file_knows_gets_one_coarse_body():
     assert mesh_hash(points) != mesh_hash(points + 1e-3)
 
 
-def test_rooms_go_from_wide_to_narrow():
+def test_clearances_go_from_wide_to_narrow():
     assert list(CONVEX_CHECKER.clearances_m) == sorted(CONVEX_CHECKER.clearances_m, reverse=True)

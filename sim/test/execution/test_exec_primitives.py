@@ -21,7 +21,8 @@ from uncom_sim.bench_execution.run import run_case
 from uncom_sim.bench_planning.scenes import detection
 from uncom_sim.types import Meaning
 from uncom_sim.world.scene_file import scene_from_dict
-from uncom_tiago_exec.collision.collision_checker import CollisionChecker, Margins
+from uncom_tiago_exec.collision.collision_checker import CollisionChecker
+from uncom_tiago_exec.collision.options import Margins
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import RefusedError
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner

@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from uncom_tiago_exec.collision.collision_checker import CollisionChecker, Contacts, Margins
+from uncom_tiago_exec.collision.collision_checker import CollisionChecker, Contacts
+from uncom_tiago_exec.collision.options import Margins
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import PlanningError
 from uncom_tiago_exec.grasping.grasps import Grasp
