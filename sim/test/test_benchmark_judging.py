@@ -51,9 +51,16 @@ def grounded(thing=(0.58, -0.2), target=(0.62, 0.15), place=None, primitive=Prim
     else:
         goal = GroundedTarget(TargetKind.OBJECT, seen(*target))
     return GroundedCommand(
-        0.0, "base_footprint", "u", 0, Status.GROUNDED, primitive=primitive, relation=relation, object=seen(*thing),
+        0.0,
+        "base_footprint",
+        "u",
+        0,
+        Status.GROUNDED,
+        primitive=primitive,
+        relation=relation,
+        object=seen(*thing),
         target=goal,
-    )  # fmt: skip
+    )
 
 
 IN_BOWL = plan(Meaning("object", "in", "target"))

@@ -70,8 +70,10 @@ def assert_same_answer(worker, plan, tmp_path):
         return
     own = first.decision.grounded
     assert (nodes["status"], nodes["primitive"], nodes["relation"]) == (
-        own.status.value, primitive_to_msg(own.primitive), own.relation,
-    ), plan.name  # fmt: skip
+        own.status.value,
+        primitive_to_msg(own.primitive),
+        own.relation,
+    ), plan.name
     assert nodes["object_probability"] == pytest.approx(own.object_probability, abs=1e-4), plan.name
     assert nodes["target_probability"] == pytest.approx(own.target_probability, abs=1e-4), plan.name
     if own.object is not None:

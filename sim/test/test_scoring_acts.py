@@ -67,9 +67,14 @@ def test_what_was_poured_has_to_stand_again_where_it_was():
 
 @pytest.mark.parametrize(
     ("height", "ahead", "tilt", "held", "success"),
-    [(0.3, 0.6, 0.0, True, True), (0.05, 0.6, 0.0, True, False), (0.3, 0.3, 0.0, True, False),
-     (0.3, 0.6, 1.0, True, False), (0.3, 0.6, 0.0, False, False)],
-)  # fmt: skip
+    [
+        (0.3, 0.6, 0.0, True, True),
+        (0.05, 0.6, 0.0, True, False),
+        (0.3, 0.3, 0.0, True, False),
+        (0.3, 0.6, 1.0, True, False),
+        (0.3, 0.6, 0.0, False, False),
+    ],
+)
 def test_a_mug_is_given_when_it_is_held_out_level_high_and_ahead(height, ahead, tilt, held, success):
     (mug,) = _things("mug")
     pose = np.eye(4)

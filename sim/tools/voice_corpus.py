@@ -37,9 +37,15 @@ robosoft2 robosoft3 robosoft4 robosoft5 robosoft6 robosoft7 robosoft8 sandro ser
 whisper whisperf
 """.split()  # noqa: SIM905 - a list of words
 ACCENTS = (
-    *["en-us"] * 10, *["en"] * 5, *["en-gb-x-rp"] * 3,
-    "en-gb-scotland", "en-gb-x-gbclan", "en-gb-x-gbcwmd", "en-us-nyc", "en-029",
-)  # fmt: skip
+    *["en-us"] * 10,
+    *["en"] * 5,
+    *["en-gb-x-rp"] * 3,
+    "en-gb-scotland",
+    "en-gb-x-gbclan",
+    "en-gb-x-gbcwmd",
+    "en-us-nyc",
+    "en-029",
+)
 LEAD_S, TAIL_S = 0.3, 0.5  # silence before and after the words
 MIN_WORDS, MAX_WORDS = 4, 15  # of a sentence
 CLEAN_SHARE = 0.5  # of the sentences get white noise alone, the others a room

@@ -27,8 +27,16 @@ def an_answer():
         "object_candidates": [candidate("lemon", 100.0, 0.8, chosen=True), candidate("apple", 300.0, 0.2)],
         "target_candidates": [],
     }
-    command = {"act": "command", "text": "take the lemon", "object": "lemon", "action": "take", "target": None,
-               "relation": "none", "reason": "", "decisions": [decision]}  # fmt: skip
+    command = {
+        "act": "command",
+        "text": "take the lemon",
+        "object": "lemon",
+        "action": "take",
+        "target": None,
+        "relation": "none",
+        "reason": "",
+        "decisions": [decision],
+    }
     spoken = [{"text": w, "start": 5.0 + 0.3 * n, "end": 5.2 + 0.3 * n} for n, w in enumerate(words)]
     return {"utterances": [{"text": " ".join(words), "words": spoken}], "commands": [command]}
 

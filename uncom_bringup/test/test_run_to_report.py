@@ -181,22 +181,47 @@ EXPLANATION = {
     "table": {"metric": True, "polygon": [[0.45, -0.5], [0.95, -0.5], [0.95, 0.5], [0.45, 0.5]]},
     "object": {
         "candidates": [
-            {"id": "d1", "label": "<b>", "factors": {"words": -0.1, "ray": 0.4}, "log": 0.3, "probability": 0.9,
-             "chosen": True},
-            {"id": "none", "label": "none", "factors": {"words": -3.0}, "log": -3.0, "probability": 0.1,
-             "chosen": False},
+            {
+                "id": "d1",
+                "label": "<b>",
+                "factors": {"words": -0.1, "ray": 0.4},
+                "log": 0.3,
+                "probability": 0.9,
+                "chosen": True,
+            },
+            {
+                "id": "none",
+                "label": "none",
+                "factors": {"words": -3.0},
+                "log": -3.0,
+                "probability": 0.1,
+                "chosen": False,
+            },
         ]
     },
-    "target": {"candidates": [], "position": [0.7, 0.2, 0.72], "point": {"mean": [0.7, 0.2],
-               "covariance": [[0.001, 0.0], [0.0, 0.001]]}},
+    "target": {
+        "candidates": [],
+        "position": [0.7, 0.2, 0.72],
+        "point": {"mean": [0.7, 0.2], "covariance": [[0.001, 0.0], [0.0, 0.001]]},
+    },
     "cells": [
-        {"id": "c1", "polygon": [[0.5, 0], [0.6, 0], [0.6, 0.1]], "centre": [0.55, 0.05], "occupied_by": "d1",
-         "chosen": False},
-        {"id": "c2", "polygon": [[0.7, 0.1], [0.8, 0.1], [0.8, 0.3]], "centre": [0.75, 0.2], "occupied_by": "",
-         "chosen": True},
+        {
+            "id": "c1",
+            "polygon": [[0.5, 0], [0.6, 0], [0.6, 0.1]],
+            "centre": [0.55, 0.05],
+            "occupied_by": "d1",
+            "chosen": False,
+        },
+        {
+            "id": "c2",
+            "polygon": [[0.7, 0.1], [0.8, 0.1], [0.8, 0.3]],
+            "centre": [0.75, 0.2],
+            "occupied_by": "",
+            "chosen": True,
+        },
     ],
     "without": {"gesture": {"object": {"likeliest": "d2", "probability": 0.5}}},
-}  # fmt: skip
+}
 
 
 def pictured_run():

@@ -60,9 +60,18 @@ def test_everything_that_a_reference_and_a_command_can_say_survives():
         "this", "this", span, concrete=False, deictic="this", deictic_span=span, anchor=bowl, anchor_relation="on"
     )
     cup = Reference(
-        "second cup", "cup", span, excluded_modifiers=("red", "small"), ordinal=-2, ordinal_side="left",
-        comparison="same_colour", compared_to=this, heard="cap", anchor=bowl, anchor_relation="next_to",
-    )  # fmt: skip
+        "second cup",
+        "cup",
+        span,
+        excluded_modifiers=("red", "small"),
+        ordinal=-2,
+        ordinal_side="left",
+        comparison="same_colour",
+        compared_to=this,
+        heard="cap",
+        anchor=bowl,
+        anchor_relation="next_to",
+    )
     command = Command(
         "u", Act.CORRECTION, "no the second cup", object=cup, distance_m=0.05, notes=("one", "two"), backend="grammar"
     )

@@ -140,12 +140,18 @@ def test_sides_of_a_thing_are_qualities_and_not_its_text():
 def test_a_correction_holds_only_what_changes():
     (thing,) = parse_text("no, the green one")
     assert (thing.act, thing.object.text, thing.target, thing.relation) == (
-        Act.CORRECTION, "green one", None, Relation.NONE,
-    )  # fmt: skip
+        Act.CORRECTION,
+        "green one",
+        None,
+        Relation.NONE,
+    )
     (place,) = parse_text("a bit to the left")
     assert (place.act, place.object, place.relation, place.distance_m) == (
-        Act.CORRECTION, None, Relation.LEFT_OF, 0.05,
-    )  # fmt: skip
+        Act.CORRECTION,
+        None,
+        Relation.LEFT_OF,
+        0.05,
+    )
 
 
 def test_yes_with_a_condition_is_no_yes():

@@ -75,11 +75,15 @@ def test_a_thing_may_be_put_where_there_is_room(where):
 @pytest.mark.parametrize(
     "where",
     [
-        "in the middle of the table", "in the corner", "in the corner of the table", "at the edge",
+        "in the middle of the table",
+        "in the corner",
+        "in the corner of the table",
+        "at the edge",
         "at the edge of the table",
-        "on the left side of the table", "to the far end of the table",
+        "on the left side of the table",
+        "to the far end of the table",
     ],
-)  # fmt: skip
+)
 def test_a_part_of_the_table_is_on_the_table(where):
     (command,) = parse_text(f"put the mug {where}")
     assert (command.act, command.primitive, command.relation) == (Act.COMMAND, Primitive.PUT_ON, Relation.ON)

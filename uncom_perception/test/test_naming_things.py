@@ -87,9 +87,11 @@ def test_plurals_aliases_and_many_words_are_known():
 def test_a_user_describes_a_thing_never_told(tmp_path):
     """An entry in the user's file names a shape that the package does not know."""
     file = tmp_path / "mine.yaml"
-    file.write_text("things:\n"
+    file.write_text(
+        "things:\n"
         "  gong: {is_a: [toy], shape: {length: [0.3, 0.5], height: [0.3, 0.5], width: [0.01, 0.04]}}\n"
-                    "classes:\n  toy: {}\n")  # fmt: skip
+        "classes:\n  toy: {}\n"
+    )
     matcher = PhraseMatcher(load_lexicon(file))
     gong = replace(BALL, length=0.4, width=0.02, height=0.4, elongation=20.0, flatness=1.0, neck=0.5)
     things = [matcher.describe(shape, {"yellow": 1.0}, 0.1) for shape in (BALL, BOWL, gong)]

@@ -29,9 +29,15 @@ TABLE_Z = 0.72
 CAMERA = PinholeCamera(640, 480, 522.0, 522.0, 319.5, 239.5)
 CONTAINERS = ("bowl", "plate", "pan", "mug", "cup")
 SIZES = {
-    "lemon": (0.07, 0.05, 0.05), "banana": (0.19, 0.04, 0.04), "apple": (0.07, 0.07, 0.07), "bowl": (0.16, 0.16, 0.07),
-    "plate": (0.22, 0.22, 0.02), "mug": (0.08, 0.08, 0.09), "box": (0.10, 0.08, 0.12), "bottle": (0.06, 0.06, 0.2),
-}  # fmt: skip
+    "lemon": (0.07, 0.05, 0.05),
+    "banana": (0.19, 0.04, 0.04),
+    "apple": (0.07, 0.07, 0.07),
+    "bowl": (0.16, 0.16, 0.07),
+    "plate": (0.22, 0.22, 0.02),
+    "mug": (0.08, 0.08, 0.09),
+    "box": (0.10, 0.08, 0.12),
+    "bottle": (0.06, 0.06, 0.2),
+}
 
 
 def camera_pose() -> np.ndarray:
@@ -157,9 +163,12 @@ def reference(text: str, start: float, end: float, **kwargs) -> Reference:
 
 def command(obj: Reference | None, target: Reference | None = None, **kwargs) -> Command:
     values = {
-        "action_text": "take", "primitive": Primitive.PUT_IN if target else Primitive.PICK,
-        "relation": Relation.IN if target else Relation.NONE, "text": "", **kwargs,
-    }  # fmt: skip
+        "action_text": "take",
+        "primitive": Primitive.PUT_IN if target else Primitive.PICK,
+        "relation": Relation.IN if target else Relation.NONE,
+        "text": "",
+        **kwargs,
+    }
     return Command("u1", Act.COMMAND, object=obj, target=target, **values)
 
 

@@ -89,9 +89,13 @@ def test_a_relative_place_satisfies_its_relation_and_touches_nothing(things, rel
     x, y = find_centre(moved) - find_centre(box)
     gap = moved.distance(box)
     assert {
-        "left_of": y > abs(x), "right_of": -y > abs(x), "in_front_of": -x > abs(y), "behind": x > abs(y),
-        "next_to": gap < 0.13, "near": gap < 0.26,
-    }[relation]  # fmt: skip
+        "left_of": y > abs(x),
+        "right_of": -y > abs(x),
+        "in_front_of": -x > abs(y),
+        "behind": x > abs(y),
+        "next_to": gap < 0.13,
+        "near": gap < 0.26,
+    }[relation]
     assert all(moved.distance(shape) >= 0.019 for shape in shapes.values())
     assert surface.polygon.buffer(-0.019).contains(moved)
     assert min(np.hypot(*(find_centre(moved) - s)) for s in np.array([[0, 0.19], [0, -0.19]])) <= 0.851

@@ -130,9 +130,13 @@ def test_both_apples_go_one_after_the_other_into_the_bowl(quantity):
 def test_things_of_a_group_do_not_get_the_same_place():
     box = Thing("box_1", "box", 0.6, -0.1)
     parts = several(
-        "apple", 2, [*TWO[:2], box], target=reference("box", 1, 2), relation=Relation.RIGHT_OF,
+        "apple",
+        2,
+        [*TWO[:2], box],
+        target=reference("box", 1, 2),
+        relation=Relation.RIGHT_OF,
         primitive=Primitive.PLACE,
-    )  # fmt: skip
+    )
     assert [d.grounded.status for d in parts] == [Status.GROUNDED] * 2
     a, b = (Point(*d.grounded.target.pose[:2, 3]) for d in parts)
     assert a.distance(b) > 0.07

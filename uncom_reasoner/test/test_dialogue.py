@@ -102,11 +102,21 @@ def test_reminders_do_not_go_on_for_ever():
 @pytest.mark.parametrize(
     ("text", "chosen"),
     [
-        ("the red one", "a"), ("red", "a"), ("the blue mug", "b"), ("the second one", "b"), ("the first", "a"),
-        ("the last one", "b"), ("the mug", ""), ("red or blue", ""), ("not the red one", ""), ("bluetooth", ""),
-        ("", ""), ("the reddish", ""), ("the third one", ""),
+        ("the red one", "a"),
+        ("red", "a"),
+        ("the blue mug", "b"),
+        ("the second one", "b"),
+        ("the first", "a"),
+        ("the last one", "b"),
+        ("the mug", ""),
+        ("red or blue", ""),
+        ("not the red one", ""),
+        ("bluetooth", ""),
+        ("", ""),
+        ("the reddish", ""),
+        ("the third one", ""),
     ],
-)  # fmt: skip
+)
 def test_whole_words_name_one_choice_or_none(text, chosen):
     """M13, M17: parts of words name nothing."""
     assert find_choice(text, WHICH) == chosen

@@ -68,7 +68,10 @@ def commands():
         ),
         "between": (
             command(
-                lemon, reference("bowl", 1.9, 2.2), reference2=reference("box", 2.3, 2.5), relation=Relation.BETWEEN,
+                lemon,
+                reference("bowl", 1.9, 2.2),
+                reference2=reference("box", 2.3, 2.5),
+                relation=Relation.BETWEEN,
                 primitive=Primitive.PLACE,
             ),
             HANDS,
@@ -77,7 +80,7 @@ def commands():
             command(lemon, here, relation=Relation.HERE, primitive=Primitive.PLACE),
             HANDS + pointing((0.7, -0.2, TABLE_Z + 0.02), (0.72, -0.15, 0.9), np.arange(1.8, 2.4, 0.1)),
         ),
-    }  # fmt: skip
+    }
 
 
 NAMES = sorted(commands())

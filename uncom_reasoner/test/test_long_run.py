@@ -28,11 +28,13 @@ def test_memory_is_flat_over_500_commands():
         command(reference("box", 0.3, 0.9)),
         command(reference("lemon", 0.3, 0.9, deictic="this")),
         command(
-            reference("lemon", 0.3, 0.9, deictic="this"), reference("box", 1.2, 1.6), relation=Relation.RIGHT_OF,
+            reference("lemon", 0.3, 0.9, deictic="this"),
+            reference("box", 1.2, 1.6),
+            relation=Relation.RIGHT_OF,
             primitive=Primitive.PLACE,
         ),
         command(reference("lemon", 5.0, 5.5)),
-    ]  # fmt: skip
+    ]
     made = [evidence(cmd, things) for cmd in commands]
     talk = Conversation(load_weights(), PlacingConfig())
     sizes, statuses = [], set()

@@ -31,9 +31,11 @@ def relative(relation: Relation, **kwargs):
 
 def here(start=1.9, obj=None):
     return command(
-        obj or reference("lemon", 0, 1), reference("here", start, start + 0.4, concrete=False, deictic="here"),
-        relation=Relation.HERE, primitive=Primitive.PLACE,
-    )  # fmt: skip
+        obj or reference("lemon", 0, 1),
+        reference("here", start, start + 0.4, concrete=False, deictic="here"),
+        relation=Relation.HERE,
+        primitive=Primitive.PLACE,
+    )
 
 
 def test_m5_object_and_target_that_end_together_or_after_the_last_image_are_no_trouble():
@@ -87,9 +89,12 @@ def test_m18_between_is_between():
 def test_the_middle_of_the_table_is_its_middle_whatever_part_of_the_words_is_left():
     for target, text in (("middle", "put it in the middle"), ("table", "put it in the middle of the table")):
         cmd = command(
-            reference("lemon", 0, 1), reference(target, 1.9, 2.3), relation=Relation.ON, primitive=Primitive.PUT_ON,
+            reference("lemon", 0, 1),
+            reference(target, 1.9, 2.3),
+            relation=Relation.ON,
+            primitive=Primitive.PUT_ON,
             text=text,
-        )  # fmt: skip
+        )
         things = [THINGS[0], THINGS[2]]
         x, y = ground(evidence(cmd, things)).grounded.target.pose[:2, 3]
         assert np.hypot(x - 0.7, y) < 0.1
@@ -137,9 +142,11 @@ def test_r10_without_depth_things_and_places_are_still_found():
     flat = tuple(replace(d, geometry=None) for d in made.scene.detections)
     table = replace(made.scene.table, polygon=np.zeros((0, 3)))
     made = replace(
-        made, scene=replace(made.scene, detections=flat, table=table, frame_id="camera"), view=View(CAMERA, np.eye(4)),
+        made,
+        scene=replace(made.scene, detections=flat, table=table, frame_id="camera"),
+        view=View(CAMERA, np.eye(4)),
         rays=observe_rays(pointing((0.55, 0.05, TABLE_Z), (0.7, 0.1, 0.9), LATER, metric=False), lambda _: None),
-    )  # fmt: skip
+    )
     g = ground(made).grounded
     assert g.object.id == "lemon_1"
     assert g.status in (Status.GROUNDED, Status.FAILED, Status.AMBIGUOUS)

@@ -81,16 +81,22 @@ def test_the_line_has_no_end_on_either_side():
 
 
 def test_of_several_named_things_the_nearest_to_the_line_is_taken():
-    things = (thing("a", 300, 130, (0.9, 0, 0, 0.5)), thing("b", 300, 300, (0.95, 0, 0, 0.5)),
-              thing("p", 500, 250, (0, 0.9, 0, 0.5)))  # fmt: skip
+    things = (
+        thing("a", 300, 130, (0.9, 0, 0, 0.5)),
+        thing("b", 300, 300, (0.95, 0, 0, 0.5)),
+        thing("p", 500, 250, (0, 0.9, 0, 0.5)),
+    )
     said = command(PLATE, Relation.ON)
     got = decide_as_published(evidence(said, things, PHRASES), [hand_at((100, 100), (150, 105))])
     assert (got.status, got.object.id, got.target.detection.id) == (Status.GROUNDED, "a", "p")
 
 
 def test_without_a_hand_the_best_name_is_taken():
-    things = (thing("a", 300, 130, (0.9, 0, 0, 0.5)), thing("b", 300, 300, (0.95, 0, 0, 0.5)),
-              thing("p", 500, 250, (0, 0.9, 0, 0.5)))  # fmt: skip
+    things = (
+        thing("a", 300, 130, (0.9, 0, 0, 0.5)),
+        thing("b", 300, 300, (0.95, 0, 0, 0.5)),
+        thing("p", 500, 250, (0, 0.9, 0, 0.5)),
+    )
     got = decide_as_published(evidence(command(PLATE, Relation.ON), things, PHRASES), [])
     assert got.object.id == "b"
 

@@ -179,8 +179,10 @@ def test_words_that_are_offered_on_a_topic_are_heard(graph):
 def test_an_answer_without_a_verb_is_a_fragment_and_a_correction_holds_what_changes(graph):
     _, (fragment,) = graph.hear(say("the red one", tail_s=2.0).samples)
     assert (fragment.act, fragment.object.text, list(fragment.object.modifiers)) == (
-        Command.ACT_FRAGMENT, "red one", ["red"],
-    )  # fmt: skip
+        Command.ACT_FRAGMENT,
+        "red one",
+        ["red"],
+    )
     _, (correction,) = graph.hear(say("a bit to the left", tail_s=2.0).samples)
     assert (correction.act, correction.relation) == (Command.ACT_CORRECTION, "left_of")
     assert correction.distance_m == pytest.approx(0.05)

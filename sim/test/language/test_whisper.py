@@ -41,11 +41,23 @@ def tiny_whisper(tmp_path_factory):
     torch.manual_seed(3)
     end = ids["<|endoftext|>"]
     config = transformers.WhisperConfig(
-        vocab_size=len(tokenizer), d_model=32, encoder_layers=2, decoder_layers=2, encoder_attention_heads=2,
-        decoder_attention_heads=2, encoder_ffn_dim=64, decoder_ffn_dim=64, num_mel_bins=80, max_target_positions=64,
-        decoder_start_token_id=ids["<|startoftranscript|>"], eos_token_id=end, pad_token_id=end, bos_token_id=end,
-        begin_suppress_tokens=None, suppress_tokens=None,
-    )  # fmt: skip
+        vocab_size=len(tokenizer),
+        d_model=32,
+        encoder_layers=2,
+        decoder_layers=2,
+        encoder_attention_heads=2,
+        decoder_attention_heads=2,
+        encoder_ffn_dim=64,
+        decoder_ffn_dim=64,
+        num_mel_bins=80,
+        max_target_positions=64,
+        decoder_start_token_id=ids["<|startoftranscript|>"],
+        eos_token_id=end,
+        pad_token_id=end,
+        bos_token_id=end,
+        begin_suppress_tokens=None,
+        suppress_tokens=None,
+    )
     model = transformers.WhisperForConditionalGeneration(config)
     known = {
         "is_multilingual": True,
@@ -99,8 +111,10 @@ def test_a_word_starts_where_it_starts_and_not_where_it_ends():
     ]
     words = words_of_chunks(chunks, 1.4)
     assert [(word.text, word.start_s, word.end_s) for word in words] == [
-        ("take", 0.5, 0.8), ("the", 0.8, 0.9), ("lemon", 0.9, 1.4),
-    ]  # fmt: skip
+        ("take", 0.5, 0.8),
+        ("the", 0.8, 0.9),
+        ("lemon", 0.9, 1.4),
+    ]
 
 
 def test_broken_times_become_times_in_order_within_the_sound():

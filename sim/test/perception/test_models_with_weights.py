@@ -40,14 +40,27 @@ def dino(tmp_path_factory):
         vocab_size=len(WORDS), hidden_size=32, num_hidden_layers=1, num_attention_heads=2, intermediate_size=32
     )
     swin = transformers.SwinConfig(
-        image_size=64, embed_dim=8, depths=[1, 1, 1, 1], num_heads=[1, 1, 2, 2], window_size=2,
+        image_size=64,
+        embed_dim=8,
+        depths=[1, 1, 1, 1],
+        num_heads=[1, 1, 2, 2],
+        window_size=2,
         out_features=["stage2", "stage3", "stage4"],
-    )  # fmt: skip
+    )
     config = transformers.GroundingDinoConfig(
-        backbone_config=swin, text_config=text, d_model=32, encoder_layers=1, decoder_layers=2, num_queries=20,
-        encoder_attention_heads=2, decoder_attention_heads=2, encoder_ffn_dim=32, decoder_ffn_dim=32,
-        num_feature_levels=4, max_text_len=64,
-    )  # fmt: skip
+        backbone_config=swin,
+        text_config=text,
+        d_model=32,
+        encoder_layers=1,
+        decoder_layers=2,
+        num_queries=20,
+        encoder_attention_heads=2,
+        decoder_attention_heads=2,
+        encoder_ffn_dim=32,
+        decoder_ffn_dim=32,
+        num_feature_levels=4,
+        max_text_len=64,
+    )
     transformers.GroundingDinoForObjectDetection(config).save_pretrained(folder)
     (folder / "vocab.txt").write_text("\n".join(WORDS))
     tokenizer = transformers.BertTokenizer(str(folder / "vocab.txt"))
@@ -66,13 +79,24 @@ def dpt(tmp_path_factory):
     folder = tmp_path_factory.mktemp("dpt")
     torch.manual_seed(0)
     backbone = transformers.Dinov2Config(
-        hidden_size=16, num_hidden_layers=4, num_attention_heads=2, image_size=56, patch_size=14, mlp_ratio=1,
-        out_features=["stage1", "stage2", "stage3", "stage4"], reshape_hidden_states=False, apply_layernorm=True,
-    )  # fmt: skip
+        hidden_size=16,
+        num_hidden_layers=4,
+        num_attention_heads=2,
+        image_size=56,
+        patch_size=14,
+        mlp_ratio=1,
+        out_features=["stage1", "stage2", "stage3", "stage4"],
+        reshape_hidden_states=False,
+        apply_layernorm=True,
+    )
     config = transformers.DPTConfig(
-        backbone_config=backbone, neck_hidden_sizes=[8, 8, 8, 8], fusion_hidden_size=8, head_in_index=-1,
-        reassemble_factors=[4, 2, 1, 0.5], is_hybrid=False,
-    )  # fmt: skip
+        backbone_config=backbone,
+        neck_hidden_sizes=[8, 8, 8, 8],
+        fusion_hidden_size=8,
+        head_in_index=-1,
+        reassemble_factors=[4, 2, 1, 0.5],
+        is_hybrid=False,
+    )
     transformers.DPTForDepthEstimation(config).save_pretrained(folder)
     images = transformers.DPTImageProcessor(size={"height": 56, "width": 56}, ensure_multiple_of=14)
     images.save_pretrained(folder)

@@ -13,9 +13,17 @@ def write_tiny_sam(folder):
     """Write model and processor into a folder, as save_pretrained does; return it."""
     torch.manual_seed(0)
     vision = transformers.SamVisionConfig(
-        hidden_size=16, num_hidden_layers=1, num_attention_heads=2, image_size=64, patch_size=16, output_channels=16,
-        mlp_dim=16, global_attn_indexes=[0], window_size=2, num_pos_feats=8,
-    )  # fmt: skip
+        hidden_size=16,
+        num_hidden_layers=1,
+        num_attention_heads=2,
+        image_size=64,
+        patch_size=16,
+        output_channels=16,
+        mlp_dim=16,
+        global_attn_indexes=[0],
+        window_size=2,
+        num_pos_feats=8,
+    )
     prompt = transformers.SamPromptEncoderConfig(hidden_size=16, image_size=64, patch_size=16, mask_input_channels=4)
     decoder = transformers.SamMaskDecoderConfig(
         hidden_size=16, mlp_dim=16, num_hidden_layers=1, num_attention_heads=2, iou_head_hidden_dim=16

@@ -26,9 +26,22 @@ from uncom_sim.world.placement_check import check_placement
 from uncom_sim.world.scene_variation import all_visible
 
 RELATIONS = (
-    "pick", "in", "on", "push", "stack", "area", "next_to", "give", "left_of", "right_of", "pour", "in_front_of",
-    "behind", "point", "between",
-)  # fmt: skip
+    "pick",
+    "in",
+    "on",
+    "push",
+    "stack",
+    "area",
+    "next_to",
+    "give",
+    "left_of",
+    "right_of",
+    "pour",
+    "in_front_of",
+    "behind",
+    "point",
+    "between",
+)
 _WITHOUT_TARGET = ("pick", "area", "push", "give", "point")
 _PUSHABLE = ("plate", "bowl", "frying pan", "box", "cereal box", "can", "mug", "cup")
 _POURABLE: dict[str, tuple[str, ...]] = {

@@ -134,9 +134,18 @@ def run_case(
         drift = float(np.linalg.norm(simulator.robot.base_matrix()[:2, 3]))
         contacts = simulator.contacts
         return Run(
-            case, outcome, physical, tuple(told), contacts.forces, contacts.table, contacts.bystanders, away, drift,
-            simulator.time_s - first_s, time.process_time() - began,
-        )  # fmt: skip
+            case,
+            outcome,
+            physical,
+            tuple(told),
+            contacts.forces,
+            contacts.table,
+            contacts.bystanders,
+            away,
+            drift,
+            simulator.time_s - first_s,
+            time.process_time() - began,
+        )
     finally:
         simulator.close()
 

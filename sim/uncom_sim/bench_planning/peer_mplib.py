@@ -164,9 +164,13 @@ def _ask(python: str, job: Path, *, mplib_options: MplibOptions = MPLIB) -> dict
     command = [python, "-I", str(_WORKER), str(job), str(answer)]
     try:
         done = subprocess.run(  # noqa: S603  (our own worker)
-            command, env={**kept, "OMP_NUM_THREADS": "1"}, capture_output=True, text=True,
-            timeout=mplib_options.budget_s + mplib_options.patience_s, check=False,
-        )  # fmt: skip
+            command,
+            env={**kept, "OMP_NUM_THREADS": "1"},
+            capture_output=True,
+            text=True,
+            timeout=mplib_options.budget_s + mplib_options.patience_s,
+            check=False,
+        )
     except OSError as error:
         raise WorkerError(f"its Python cannot be started: {python}: {error.strerror}") from error
     except subprocess.TimeoutExpired as error:

@@ -109,9 +109,14 @@ def _ik(
 
     scenes = {side: _Scene(side, positions, (), shapes=False) for side in SIDES}
     options = simple_ik.SimpleIkOptions(
-        _GROUP, max_restarts=roboplan_options.restarts, step_size=1.0, damping=1e-3, max_iters=30, max_time=1.0,
+        _GROUP,
+        max_restarts=roboplan_options.restarts,
+        step_size=1.0,
+        damping=1e-3,
+        max_iters=30,
+        max_time=1.0,
         check_collisions=False,
-    )  # fmt: skip
+    )
     solvers = {side: simple_ik.SimpleIk(scene.scene, options) for side, scene in scenes.items()}
     times, solved = [], 0
     for problem in poses:

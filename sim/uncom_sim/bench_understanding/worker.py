@@ -186,9 +186,13 @@ def outcome_of(plan: TakePlan, result: ChainResult, verdict: Verdict) -> Outcome
     """Put the outcome of a take together."""
     meaning = plan.meaning
     got = {
-        "status": verdict.status, "object": verdict.object, "target": verdict.target, "place": verdict.place,
-        "action": verdict.action, "relation": verdict.relation,
-    }  # fmt: skip
+        "status": verdict.status,
+        "object": verdict.object,
+        "target": verdict.target,
+        "place": verdict.place,
+        "action": verdict.action,
+        "relation": verdict.relation,
+    }
     return Outcome(
         take=plan.name,
         scenario=plan.scenario,
@@ -198,8 +202,12 @@ def outcome_of(plan: TakePlan, result: ChainResult, verdict: Verdict) -> Outcome
         subjects=scenario(plan.scenario).subjects(),
         said=plan.scene.say,
         heard=" / ".join(transcript.text for transcript in result.transcripts),
-        meant={"object": _described_object(plan, "object"), "relation": meaning.relation,
-               "target": _described_object(plan, meaning.target), "place": meaning.area},
+        meant={
+            "object": _described_object(plan, "object"),
+            "relation": meaning.relation,
+            "target": _described_object(plan, meaning.target),
+            "place": meaning.area,
+        },
         got={
             **got,
             "object": _described_object(plan, verdict.object),
@@ -209,7 +217,7 @@ def outcome_of(plan: TakePlan, result: ChainResult, verdict: Verdict) -> Outcome
         why=verdict.why,
         relation=meaning.relation,
         understood_relation=verdict.relation or "nothing",
-    )  # fmt: skip
+    )
 
 
 def _described_object(plan: TakePlan, name: object) -> str | None:

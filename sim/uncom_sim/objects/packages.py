@@ -58,8 +58,11 @@ def bottle(colour: Rgb) -> Model:
         revolve([(0.0152, 0.190), (0.0155, 0.191), (0.0155, 0.208), (0.0145, 0.210), (0.0, 0.210)], 24),
         COLOURS["white"],
     )
-    hulls = [disc_hull(0.033, 0.0, 0.125, 18), turned_hull([(0.033, 0.125), (0.030, 0.142), (0.016, 0.170)], 14),
-             disc_hull(0.0155, 0.168, 0.210, 10)]  # fmt: skip
+    hulls = [
+        disc_hull(0.033, 0.0, 0.125, 18),
+        turned_hull([(0.033, 0.125), (0.030, 0.142), (0.016, 0.170)], 14),
+        disc_hull(0.0155, 0.168, 0.210, 10),
+    ]
     return assemble([skin, label, cap], hulls, 0.38, BARREL)
 
 

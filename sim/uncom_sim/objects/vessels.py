@@ -36,8 +36,14 @@ def mug(colour: Rgb) -> Model:
     """8.2 cm across, 9.5 cm high, straight, with a handle to one side (+x), 320 g."""
     radius, height, inside = 0.041, 0.095, 0.0368
     skin = paint(
-        _vessel([(radius, 0.003), (radius, height - 0.0015)], [(inside, 0.010), (inside, height - 0.0015)],
-                (radius - 0.003, 0.0), 0.006), colour)  # fmt: skip
+        _vessel(
+            [(radius, 0.003), (radius, height - 0.0015)],
+            [(inside, 0.010), (inside, height - 0.0015)],
+            (radius - 0.003, 0.0),
+            0.006,
+        ),
+        colour,
+    )
     angles = np.linspace(np.radians(80), np.radians(-80), 13)
     path = np.column_stack([radius - 0.008 + 0.034 * np.cos(angles), np.zeros(13), 0.048 + 0.032 * np.sin(angles)])
     handle = paint(tube(path, np.full((13, 2), (0.0045, 0.0062)), 10, up=(0, 1, 0)), colour, crease_deg=70)

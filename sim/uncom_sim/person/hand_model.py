@@ -131,8 +131,12 @@ def build_hand(
     mirror = np.array([1.0, -1.0 if handedness == "left" else 1.0, 1.0])
     turn = slice(None, None, -1) if handedness == "left" else slice(None)
     skin = Part(
-        vertices * mirror * size, normals * mirror, np.column_stack([flush, np.full(len(flush), 0.5)]),
-        faces[:, turn], _skin_tile(skin_colour(tone)))  # fmt: skip
+        vertices * mirror * size,
+        normals * mirror,
+        np.column_stack([flush, np.full(len(flush), 0.5)]),
+        faces[:, turn],
+        _skin_tile(skin_colour(tone)),
+    )
     return Hand(handedness, joints * mirror * size, (skin, _sleeve(sleeve, size, mirror, turn, options=options)))
 
 
@@ -273,5 +277,9 @@ def _sleeve(
     radii = np.array([0.041, 0.0445, 0.049, 0.053, 0.057, 0.064])
     mesh = tube(np.column_stack([x, np.zeros(6), np.full(6, -0.002)]), radii, segments=24)
     return Part(
-        np.array(mesh.vertices) * mirror * size, np.array(mesh.vertex_normals) * mirror,
-        np.full((len(mesh.vertices), 2), 0.5), np.array(mesh.faces)[:, turn], flat_tile(colour))  # fmt: skip
+        np.array(mesh.vertices) * mirror * size,
+        np.array(mesh.vertex_normals) * mirror,
+        np.full((len(mesh.vertices), 2), 0.5),
+        np.array(mesh.faces)[:, turn],
+        flat_tile(colour),
+    )

@@ -13,10 +13,14 @@ from uncom_sim.types import Meaning, Point2, Scene
 
 _THIS = frozenset(("this", "that", "it", "these", "those", "here", "there", "over", "one", "thing", "object", "item"))
 _WORDS_OF_RELATIONS = (
-    ("right_of", ("right",)), ("left_of", ("left",)), ("in_front_of", ("front", "before")), ("behind", ("behind",)),
-    ("next_to", ("next", "beside", "besides", "near", "by", "at")), ("in", ("in", "into", "inside", "within")),
+    ("right_of", ("right",)),
+    ("left_of", ("left",)),
+    ("in_front_of", ("front", "before")),
+    ("behind", ("behind",)),
+    ("next_to", ("next", "beside", "besides", "near", "by", "at")),
+    ("in", ("in", "into", "inside", "within")),
     ("on", ("on", "onto", "upon", "top", "over")),
-)  # fmt: skip
+)
 
 
 def with_say(scene: Scene, say: str) -> Scene:

@@ -31,14 +31,31 @@ from uncom_sim.world.options import TABLE_LIMITS
 from uncom_sim.world.placement_check import check_placement
 from uncom_sim.world.scene_variation import vary_scene
 
-_SCENE_FIELDS = ("objects", "say", "point_object", "point_target", "table", "person", "meaning", "name", "description",
-                 "aliases")  # fmt: skip
+_SCENE_FIELDS = (
+    "objects",
+    "say",
+    "point_object",
+    "point_target",
+    "table",
+    "person",
+    "meaning",
+    "name",
+    "description",
+    "aliases",
+)
 _OBJECT_FIELDS = ("id", "kind", "colour", "x", "y", "yaw")
 _PAIR = len(("x", "y"))
 _PERSON_RANGES = {
-    "skin": (0.0, 1.0), "size": (0.8, 1.2), "speed": (80.0, 260.0), "pitch": (0.0, 99.0), "lead": (-0.8, 2.0),
-    "lag": (0.0, 2.0), "noise": (0.0, 3.0), "reverb": (0.0, 3.0), "waver": (0.0, 0.05),
-}  # fmt: skip
+    "skin": (0.0, 1.0),
+    "size": (0.8, 1.2),
+    "speed": (80.0, 260.0),
+    "pitch": (0.0, 99.0),
+    "lead": (-0.8, 2.0),
+    "lag": (0.0, 2.0),
+    "noise": (0.0, 3.0),
+    "reverb": (0.0, 3.0),
+    "waver": (0.0, 0.05),
+}
 
 
 def load_scene(path: str | Path, say: str | None = None) -> Scene:

@@ -90,9 +90,17 @@ def build_scene(task: ManipulationTask, options: SceneMatchingOptions = SCENE_MA
 def _named(detection: Detection, height: float, name: str) -> ObjectShape:
     shape = shape_of(detection, height)
     return ObjectShape(
-        name, shape.points, shape.visible, shape.centre, shape.yaw, shape.size, shape.bottom, shape.top, shape.axis,
+        name,
+        shape.points,
+        shape.visible,
+        shape.centre,
+        shape.yaw,
+        shape.size,
+        shape.bottom,
+        shape.top,
+        shape.axis,
         shape.rim,
-    )  # fmt: skip
+    )
 
 
 def _is_same(a: Detection, b: Detection, options: SceneMatchingOptions) -> bool:

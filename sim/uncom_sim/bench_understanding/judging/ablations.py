@@ -113,7 +113,7 @@ def _without_words(evidence: Evidence) -> Evidence:
     command = evidence.command
     return replace(
         evidence, command=replace(command, object=_as_deictic(command.object), target=_as_deictic(command.target))
-    )  # fmt: skip
+    )
 
 
 def _as_deictic(reference: Reference | None) -> Reference | None:

@@ -86,8 +86,11 @@ def same_request(a: Command | None, b: Command | None) -> bool:
     if a is None or b is None:
         return a is b
     return (a.primitive, a.relation, _noun_phrase(a.object), _noun_phrase(a.target)) == (
-        b.primitive, b.relation, _noun_phrase(b.object), _noun_phrase(b.target),
-    )  # fmt: skip
+        b.primitive,
+        b.relation,
+        _noun_phrase(b.object),
+        _noun_phrase(b.target),
+    )
 
 
 def _command_meaning(command: Command) -> tuple[object, ...]:

@@ -40,11 +40,34 @@ CURVES = (
 )
 # How words are misheard; the paper's own failure first. Others are lost.
 CONFUSIONS = {
-    "bowl": "ball", "mug": "mud", "cup": "cap", "plate": "late", "pan": "pen", "lemon": "melon", "can": "ten",
-    "box": "fox", "apple": "ample", "orange": "arrange", "banana": "bandana", "pear": "bear", "bottle": "battle",
-    "this": "these", "that": "at", "here": "hear", "there": "their", "put": "but", "take": "tape", "in": "and",
-    "on": "own", "it": "at", "the": "a", "thing": "think", "place": "plays", "left": "lift", "right": "write",
-}  # fmt: skip
+    "bowl": "ball",
+    "mug": "mud",
+    "cup": "cap",
+    "plate": "late",
+    "pan": "pen",
+    "lemon": "melon",
+    "can": "ten",
+    "box": "fox",
+    "apple": "ample",
+    "orange": "arrange",
+    "banana": "bandana",
+    "pear": "bear",
+    "bottle": "battle",
+    "this": "these",
+    "that": "at",
+    "here": "hear",
+    "there": "their",
+    "put": "but",
+    "take": "tape",
+    "in": "and",
+    "on": "own",
+    "it": "at",
+    "the": "a",
+    "thing": "think",
+    "place": "plays",
+    "left": "lift",
+    "right": "write",
+}
 
 
 def rerendered_plan(plan: TakePlan, curve: str, level: float) -> TakePlan | None:
@@ -56,9 +79,7 @@ def rerendered_plan(plan: TakePlan, curve: str, level: float) -> TakePlan | None
     return with_bystanders(plan, int(level))
 
 
-def perturbed_evaluation(
-    chain: Chain, plan: TakePlan, recording: TakeRecording, curve: str
-) -> Callable[[float], bool]:  # fmt: skip
+def perturbed_evaluation(chain: Chain, plan: TakePlan, recording: TakeRecording, curve: str) -> Callable[[float], bool]:
     """Return a function from a level to whether the take is right then, for difficulties of words and landmarks.
 
     The words are the true ones, so that a curve shows its own difficulty alone.

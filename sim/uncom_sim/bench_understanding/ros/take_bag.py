@@ -28,8 +28,16 @@ def write_bag(take: TakeRecording, path: Path, *, force: bool = False) -> Path:
         OutputExistsError: something is there already and `force` is not given.
     """
     with BagWriter(path, force=force) as bag:
-        for topic in (topics.AUDIO_INFO, topics.TF_STATIC, topics.AUDIO, topics.TF, topics.RGB, topics.RGB_INFO,
-                      topics.DEPTH, topics.DEPTH_INFO):  # fmt: skip
+        for topic in (
+            topics.AUDIO_INFO,
+            topics.TF_STATIC,
+            topics.AUDIO,
+            topics.TF,
+            topics.RGB,
+            topics.RGB_INFO,
+            topics.DEPTH,
+            topics.DEPTH_INFO,
+        ):
             stored = topic.type_name if topic.form is Form.PLAIN else "sensor_msgs/msg/CompressedImage"
             bag.add_topic(topic.stored_name, stored, topic.latched)
         for time_s, topic, msg in sorted(_messages(take), key=lambda entry: entry[0]):

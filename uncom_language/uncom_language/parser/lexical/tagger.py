@@ -13,9 +13,20 @@ from uncom_language.parser.options import PARSER
 
 # After these an unknown word is taken for a noun.
 _TAGS_BEFORE_NOUN = PREMODIFIERS | {
-    "NOUN", "VERB", "RELATION", "TO", "SOURCE", "BETWEEN", "COMPARED", "OF", "AND", "PARTICLE", "RECIPIENT", "AS",
+    "NOUN",
+    "VERB",
+    "RELATION",
+    "TO",
+    "SOURCE",
+    "BETWEEN",
+    "COMPARED",
+    "OF",
+    "AND",
+    "PARTICLE",
+    "RECIPIENT",
+    "AS",
     "EXCEPT",
-}  # fmt: skip
+}
 _PLACE_OPENING_TAGS = ("RELATION", "TO")
 _PLACE_CONTENT_TAGS = frozenset(("RELATION", "PLACE", "BETWEEN"))
 _TOKEN_PATTERN = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_](?:[^\W\d_]|')*|[.;!?,:]")

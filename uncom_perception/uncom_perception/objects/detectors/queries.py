@@ -5,15 +5,65 @@ from __future__ import annotations
 
 #: A phrase ends before these: detectors do not know where "left of" is, and look for both things.
 _PLACES = (
-    "to the left of", "to the right of", "left of", "right of", "on the left", "on the right", "in front of",
-    "next to", "close to", "on top of", "between", "behind", "beside", "near", "above", "below", "under", "inside",
-    "into", "onto", "in", "on", "at", "by",
-)  # fmt: skip
+    "to the left of",
+    "to the right of",
+    "left of",
+    "right of",
+    "on the left",
+    "on the right",
+    "in front of",
+    "next to",
+    "close to",
+    "on top of",
+    "between",
+    "behind",
+    "beside",
+    "near",
+    "above",
+    "below",
+    "under",
+    "inside",
+    "into",
+    "onto",
+    "in",
+    "on",
+    "at",
+    "by",
+)
 _LEADING = frozenset(
-    ("a", "an", "the", "this", "that", "these", "those", "my", "your", "his", "her", "its", "our", "their", "some",
-     "any", "please", "left", "right", "leftmost", "rightmost", "nearest", "farthest", "closest", "front", "back",
-     "other", "second", "third", "first")
-)  # fmt: skip
+    (
+        "a",
+        "an",
+        "the",
+        "this",
+        "that",
+        "these",
+        "those",
+        "my",
+        "your",
+        "his",
+        "her",
+        "its",
+        "our",
+        "their",
+        "some",
+        "any",
+        "please",
+        "left",
+        "right",
+        "leftmost",
+        "rightmost",
+        "nearest",
+        "farthest",
+        "closest",
+        "front",
+        "back",
+        "other",
+        "second",
+        "third",
+        "first",
+    )
+)
 _ANYTHING = frozenset(("object", "objects", "thing", "things", "one", "ones", "something", "everything", "it", ""))
 
 
