@@ -2,7 +2,7 @@
 """A simulated estimator of 6-DoF poses, as a robot may have one beside UNCOM (paper: iChores, GDRNet++).
 
 It stands for a system outside: it reads the truth of the world, adds an estimator's errors, and publishes what the
-optional input /uncom/object_poses takes: a pose and a mesh of each thing. Nothing starts it by itself; beside a graph
+optional input /uncom/object_poses takes: a pose and a mesh of each object. Nothing starts it by itself; beside a graph
 that runs: python -m uncom_sim.external_poses_node
 """
 

@@ -58,7 +58,7 @@ class PersonOptions:
     """How the simulated person looks, speaks and points; None lets the seed choose.
 
     skin is a tone from 0 (light) to 1 (dark); size scales the hand (1 = 19 cm); speed is in words per minute; pitch is
-    eSpeak's (0 to 99); lead and lag say how long before and after the words the finger stays on the thing [s], a lead
+    eSpeak's (0 to 99); lead and lag say how long before and after the words the finger stays on the object [s], a lead
     below 0 is a finger that comes late; waver is how far an unsteady hand sways about its place [m];
     noise is the level of background noise relative to speech (0 = silent room, 0.1 = 20 dB below the voice), reverb the
     level of the room's echo relative to the direct sound.

@@ -25,7 +25,7 @@ _DISTRIBUTIONS = {
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing examined; `needed` things are needed by `uncom demo`."""
+    """One object examined; `needed` objects are needed by `uncom demo`."""
 
     name: str
     good: bool

@@ -83,7 +83,7 @@ SIDE_AXES = frozenset(("left", "right", "near", "far"))
 
 
 def is_bare(reference: Reference) -> bool:
-    """Whether a reference names no kind of thing ("this", "that thing", "it")."""
+    """Whether a reference names no kind of object ("this", "that thing", "it")."""
     return reference.head.lower() in GENERIC_HEADS or not reference.head
 
 
@@ -93,7 +93,7 @@ def is_pronoun(reference: Reference) -> bool:
 
 
 def is_unspecific(reference: Reference) -> bool:
-    """Whether words alone cannot tell which thing is meant: no kind, no quality, no order, no comparison."""
+    """Whether words alone cannot tell which object is meant: no kind, no quality, no order, no comparison."""
     said = (
         reference.modifiers,
         reference.ordinal,
@@ -105,7 +105,7 @@ def is_unspecific(reference: Reference) -> bool:
 
 
 def asks_to_return(command: Command) -> bool:
-    """Whether the thing is to go back to where it was before ("put it back", "return the lemon")."""
+    """Whether the object is to go back to where it was before ("put it back", "return the lemon")."""
     words = (*command.action_text.lower().split(), *(command.target.text.lower().split() if command.target else ()))
     return command.target is None and ("back" in words or "return" in words)
 
@@ -196,7 +196,7 @@ def phrases_for(command: Command, remembered: str = "") -> tuple[str, ...]:
 
 
 def leaves_choice_open(reference: Reference, command: Command) -> bool:
-    """Whether the speaker left the choice open ("a banana", "any apple"): every such thing is right."""
+    """Whether the speaker left the choice open ("a banana", "any apple"): every such object is right."""
     if reference.deictic or reference.anchor is not None or reference.other:
         return False
     phrase = re.escape(reference.text.lower())

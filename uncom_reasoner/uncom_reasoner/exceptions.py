@@ -56,4 +56,4 @@ class NoPlaceError(CannotGroundError):
 
 
 class NotSupportedError(CannotGroundError):
-    """The command was understood, but the robot does no such thing."""
+    """The command was understood, but the robot does no such object."""

@@ -58,7 +58,7 @@ def task_from_msg(msg: GroundedCommand) -> ManipulationTask:
 
 
 def _noun(text: str, label: str) -> str:
-    """Return the words for a thing without its determiner; the label where only "this" or "here" was said."""
+    """Return the words for an object without its determiner; the label where only "this" or "here" was said."""
     words = text.split()
     while words and words[0].lower() in _DETERMINERS:
         words = words[1:]

@@ -55,7 +55,7 @@ class BasePose:
         return np.array([[cos, -sin, 0.0, self.x], [sin, cos, 0.0, self.y], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 
     def motion_in_odom(self, motion: FloatArray) -> FloatArray:
-        """Return a motion (4, 4) of things in base_footprint as one in odom."""
+        """Return a motion (4, 4) of objects in base_footprint as one in odom."""
         base = self.transform_base_to_odom
         return np.asarray(base @ motion @ invert(base))
 
@@ -76,8 +76,8 @@ ODOM_ORIGIN = BasePose()
 class ManipulationTask:
     """What is to be done with what, in one frame: odom where it is carried out, base_footprint where it is planned.
 
-    target_pose is where the footprint centre of the moved thing is to end on its support (4, 4);
-    target is the receiving thing for put_in, put_on and stack; scene holds everything else that was seen.
+    target_pose is where the footprint centre of the moved object is to end on its support (4, 4);
+    target is the receiving object for put_in, put_on and stack; scene holds everything else that was seen.
     """
 
     utterance_id: str

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Single commands for the execution benchmark: every kind of thing, every relation, both arms; feasible as built.
+"""Single commands for the execution benchmark: every kind of object, every relation, both arms; feasible as built.
 
-Things stand apart by more than a finger, wholly in the camera's picture and not hidden behind one another; what is to
+Objects stand apart by more than a finger, wholly in the camera's picture and not hidden behind one another; what is to
 be moved and where it is to go lie in the part of the table that one arm reaches; the place itself is free and in sight,
 and what is asked for is not so already.
 """
@@ -79,7 +79,7 @@ class Case:
 
     @property
     def kind(self) -> str:
-        """Kind of the thing to move."""
+        """Kind of the object to move."""
         return self.scene.object(self.meaning.object).kind
 
 
@@ -180,7 +180,7 @@ def _primitive(relation: str, place: Point2 | bool | None) -> Primitive:
 
 
 def _meaning(scene: Scene, relation: str, place: Point2 | None) -> Meaning:
-    """Return where the thing has to be at the end."""
+    """Return where the object has to be at the end."""
     obj = scene.object("o0")
     if relation in ("area", "between", "push"):
         return Meaning("o0", "area", None, place)
@@ -206,7 +206,7 @@ def initial_states(scene: Scene) -> tuple[ObjectState, ...]:
 def _target_place(
     scene: Scene, relation: str, targets: int, side: float, rng: np.random.Generator, *, options: CaseOptions = CASES
 ) -> Point2 | bool:
-    """Return where on the table the thing is to go, True if on or in the target, False if there is no such place."""
+    """Return where on the table the object is to go, True if on or in the target, False if there is no such place."""
     if relation in ("pick", "in", "on", "stack", "give", "pour", "point"):
         return True
     if relation in ("area", "push"):
@@ -232,7 +232,7 @@ def _target_place(
 def _distance_beside(
     obj: SceneObject, anchor: SceneObject, direction: Point2, *, options: CaseOptions = CASES
 ) -> float:
-    """Return how far from the anchor, in a direction, a thing stands with a hand's breadth between them [m]."""
+    """Return how far from the anchor, in a direction, an object stands with a hand's breadth between them [m]."""
     still = outline(anchor)
     for away in np.arange(0.06, 0.5, 0.01):
         x, y = anchor.x + away * direction[0], anchor.y + away * direction[1]
@@ -258,7 +258,7 @@ def _is_valid(scene: Scene, *, options: CaseOptions = CASES) -> bool:
 
 
 def _is_free(place: Point2, scene: Scene, relation: str, *, options: CaseOptions = CASES) -> bool:
-    """Whether the thing, turned as it is now, has room at a place away from where it is now."""
+    """Whether the object, turned as it is now, has room at a place away from where it is now."""
     obj = scene.object("o0")
     x, y = place
     room = outline(replace(obj, x=x, y=y)).buffer(0.02 if relation == "between" else 0.04)
@@ -279,7 +279,7 @@ def _is_free(place: Point2, scene: Scene, relation: str, *, options: CaseOptions
 def _can_be_pushed(
     obj: SceneObject, place: Point2, others: list[shapely.Polygon], *, options: CaseOptions = CASES
 ) -> bool:
-    """Whether the way there, and that of the hand behind the thing, is free."""
+    """Whether the way there, and that of the hand behind the object, is free."""
     here, there = np.array([obj.x, obj.y]), np.array(place)
     length = float(np.linalg.norm(there - here))
     ahead = (there - here) / max(length, 1e-6)

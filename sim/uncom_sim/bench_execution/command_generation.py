@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The next command for one robot, drawn from where everything stands now, as somebody before the table would give it.
 
-Things are brought to free places or beside one another, or taken up and put down by the command after that; what the
+Objects are brought to free places or beside one another, or taken up and put down by the command after that; what the
 robot still holds is put down first. A place is free, within the area of the table that the robot works on, and
-what is seen now, and the thing itself, is seen when it stands there.
+what is seen now, and the object itself, is seen when it stands there.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _WANTED = ("area", "beside", "pick")
 
 @dataclass(frozen=True, slots=True)
 class WorkArea:
-    """The area of the table where things are put: from and to [m] ahead of the robot, and to either side."""
+    """The area of the table where objects are put: from and to [m] ahead of the robot, and to either side."""
 
     x: Point2 = (0.50, 0.70)
     y: float = 0.36
@@ -60,7 +60,7 @@ class _FreeSpace:
 
 
 def random_scene(kinds: Iterable[str], rng: np.random.Generator, *, options: CommandOptions = COMMANDS) -> Scene:
-    """Return a scene with a thing of each kind, apart and in sight.
+    """Return a scene with an object of each kind, apart and in sight.
 
     Raises:
         SceneError: there is no space for so many.
@@ -87,7 +87,7 @@ def next_command(
     *,
     options: CommandOptions = COMMANDS,
 ) -> Case:
-    """Return a command; held is the id of what is in the robot's hand, if anything is; area is where things are put.
+    """Return a command; held is the id of what is in the robot's hand, if anything is; area is where objects are put.
 
     Raises:
         SceneError: nothing is left within reach, or there is no free place for any of it.
@@ -131,7 +131,7 @@ def _is_near(obj: SceneObject, area: WorkArea, *, options: CommandOptions = COMM
 def _beside(
     number: int, obj: SceneObject, space: _FreeSpace, rng: np.random.Generator, *, options: CommandOptions = COMMANDS
 ) -> Case | None:
-    """Return a command to put a thing beside one of the others, or None where there is no room."""
+    """Return a command to put an object beside one of the others, or None where there is no room."""
     for other in (space.objects[i] for i in rng.permutation(len(space.objects))):
         for relation in (str(r) for r in rng.permutation(list(DIRECTIONS))):
             dx, dy = DIRECTIONS[relation]
@@ -154,7 +154,7 @@ def _free_place(
 
 
 def _is_free(obj: SceneObject, place: Point2, space: _FreeSpace, *, options: CommandOptions = COMMANDS) -> bool:
-    """Whether a thing can stand at a place, with room around it, where it is seen and hides nothing."""
+    """Whether an object can stand at a place, with room around it, where it is seen and hides nothing."""
     x, y = place
     if not space.area.has(x, y) or np.hypot(x - obj.x, y - obj.y) < options.least_move_m:
         return False

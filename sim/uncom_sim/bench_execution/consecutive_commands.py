@@ -107,7 +107,7 @@ class _CommandSequence:
         self._machine = machine
         self._engine = engine
         self._start = machine.positions()
-        self._held = ""  # id of the thing in the hand
+        self._held = ""  # id of the object in the hand
 
     def result(self, number: int, rng: np.random.Generator) -> CommandResult:
         """Give the next command, and judge what came of it."""

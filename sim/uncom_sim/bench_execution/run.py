@@ -162,7 +162,7 @@ def _judge_run(
 
 
 def task_of(case: Case, seen: Seen, states: Iterable[ObjectState]) -> ManipulationTask:
-    """Ground a command: those of the things seen are meant that lie where the states say."""
+    """Ground a command: those of the objects seen are meant that lie where the states say."""
     places = {state.id: state.position[:2] for state in states}
     obj = _nearest(seen, places[case.meaning.object])
     target = case.meaning.target

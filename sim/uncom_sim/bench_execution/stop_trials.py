@@ -174,7 +174,7 @@ def run_stops(
 ) -> dict[str, Any]:
     """Stop a robot so many times and return the JSON object; say is told of each stop.
 
-    Without a scene a few things stand about; area is where on the table things are to be put.
+    Without a scene a few objects stand about; area is where on the table objects are to be put.
     """
     began = time.monotonic()
     scene = scene or random_scene(_KINDS, np.random.default_rng([seed, 31]))

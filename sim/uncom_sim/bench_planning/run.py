@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`uncom bench planning`: how fast and how surely motions are planned. Times are processor time of one thread.
 
-Scenes hold 6 to 12 things made as clouds of points, as a camera sees them; one of them is a narrow shelf.
+Scenes hold 6 to 12 objects made as clouds of points, as a camera sees them; one of them is a narrow shelf.
 """
 
 from __future__ import annotations

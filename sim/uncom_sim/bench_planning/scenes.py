@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cluttered tables for the planning benchmark: things as clouds of visible points, and as solids."""
+"""Cluttered tables for the planning benchmark: objects as clouds of visible points, and as solids."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _places(
 def pick_and_place(
     rng: np.random.Generator, count: int, side: float, *, options: ProblemOptions = PROBLEMS
 ) -> ManipulationTask:
-    """Return a task in clutter: a thing within one arm's reach, to a bowl or to a free place on the same side."""
+    """Return a task in clutter: an object within one arm's reach, to a bowl or to a free place on the same side."""
     obj = (float(rng.uniform(*options.near_x_m)), side * float(rng.uniform(0.0, 0.35)))
     while True:
         goal = (float(rng.uniform(*options.near_x_m)), side * float(rng.uniform(0.0, 0.35)))
@@ -86,7 +86,7 @@ def flat_table() -> TableSurface:
 
 
 def detection(name: str, cloud: FloatArray) -> Detection:
-    """Return a thing of which the points (N, 3) [m] are known and no picture."""
+    """Return an object of which the points (N, 3) [m] are known and no picture."""
     pose = np.eye(4)
     pose[:3, 3] = cloud.mean(axis=0)
     geometry = Geometry(cloud.mean(axis=0), pose, np.ptp(cloud, axis=0), cloud.astype(np.float32))

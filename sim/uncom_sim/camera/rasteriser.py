@@ -103,7 +103,7 @@ class Rasteriser:
     def render_moving(
         self, static: StaticLayer, camera: PinholeCamera, optical_to_world: FloatArray, light: Light, moving: IntArray
     ) -> tuple[Rgb, Depth]:
-        """Return the same as `render` of the static things and of triangles (M, 3) that have moved since.
+        """Return the same as `render` of the static objects and of triangles (M, 3) that have moved since.
 
         Colours are worked out only in the part of the picture where something is nearer, or in other light.
         """

@@ -135,7 +135,7 @@ def _wait_until_up(graph: GraphProcesses, listeners: DemoListeners, timing: Demo
 def _wait_until_done(
     graph: GraphProcesses, listeners: DemoListeners, timeout_s: float, timing: DemoTiming = DEMO_TIMING
 ) -> str:
-    """Wait until everything said has been answered and things have come to rest.
+    """Wait until everything said has been answered and objects have come to rest.
 
     Returns "" or, if the time is up, what was still waited for.
     """

@@ -89,7 +89,7 @@ def plan_behaviour(
     Args:
         say: the sentence.
         targets: places (3,) [m] to point at, by role: "object", "target".
-        obstacles: the things on the table, for the hand to keep clear of.
+        obstacles: the objects on the table, for the hand to keep clear of.
         table: the table.
         options: the person.
         rng: decides what the options leave open.

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Placement of a pointing hand such that it is seen which object is meant.
 
-A person who wants to be understood brings the arm from where they stand, keeps clear of the things on the table, does
-not point across one thing at another, and keeps the finger where the other one can see it.
+A person who wants to be understood brings the arm from where they stand, keeps clear of the objects on the table, does
+not point across one object at another, and keeps the finger where the other one can see it.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def robot_viewpoint() -> Viewpoint:
 
 @dataclass(frozen=True, slots=True)
 class Obstacle:
-    """A thing on the table: middle (3,) and half the size (3,) of the upright box around it [m]."""
+    """An object on the table: middle (3,) and half the size (3,) of the upright box around it [m]."""
 
     middle: FloatArray
     half_size: FloatArray
@@ -188,7 +188,7 @@ def _collision_cost(points: FloatArray, obstacles: Sequence[Obstacle], clearance
 def _occlusion_cost(
     tip: FloatArray, aim: FloatArray, target: FloatArray, obstacles: Sequence[Obstacle], viewpoint: Viewpoint
 ) -> float:
-    """How much other things lie between the finger and the target from the viewpoint (0 to 1)."""
+    """How much other objects lie between the finger and the target from the viewpoint (0 to 1)."""
     along = aim - tip
     worst = 0.0
     for obj in obstacles:

@@ -58,7 +58,7 @@ def _object_phrase(tokens: Sequence[str]) -> tuple[int, int] | None:
 
 def _breaks(tokens: Sequence[str], i: int) -> bool:
     token = tokens[i]
-    if token in ("left", "right", "front"):  # "the left mug" is one thing, "the mug left of" is not
+    if token in ("left", "right", "front"):  # "the left mug" is one object, "the mug left of" is not
         return i + 1 < len(tokens) and tokens[i + 1] in ("of", "to")
     return token in _PREPOSITIONS | _PLACES | _VERBS | _JOINTS
 

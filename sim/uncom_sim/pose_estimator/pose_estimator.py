@@ -22,7 +22,7 @@ Triangles = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class ExternalPosesConfig:
-    """Errors of the estimator, how often it answers, and whether it has meshes of the things."""
+    """Errors of the estimator, how often it answers, and whether it has meshes of the objects."""
 
     sigma_m: float = field(default=0.006, metadata={"description": "standard deviation of positions [m]"})
     sigma_rad: float = field(default=0.05, metadata={"description": "standard deviation of orientations [rad]"})
@@ -48,10 +48,10 @@ class PoseEstimator:
         self._rng = np.random.default_rng(self._config.seed)
 
     def estimate(self, truth: Sequence[ObjectState], base: FloatArray | None = None) -> tuple[ObjectModel, ...]:
-        """Return label, score, pose and mesh of each thing that is found.
+        """Return label, score, pose and mesh of each object that is found.
 
         Args:
-            truth: where the things are.
+            truth: where the objects are.
             base: pose (4, 4) of the frame in which to answer; None answers in the frame of the truth.
         """
         config, rng = self._config, self._rng

@@ -25,7 +25,7 @@ _FILLABLE_KINDS = ("mug", "cup", "bowl", "bottle", "can")
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """Where the thing, the target and the grasping frames of both hands are: poses (4, 4)."""
+    """Where the object, the target and the grasping frames of both hands are: poses (4, 4)."""
 
     time_s: float
     object: FloatArray
@@ -94,7 +94,7 @@ def judge_act(
 
 
 def _held_out(obj: ObjectState, end: Moment, table: Table, *, options: ActCriteria = ACTS) -> tuple[bool, str]:
-    """Judge whether a thing hangs high over the table, ahead of the robot, and nothing runs out of it."""
+    """Judge whether an object hangs high over the table, ahead of the robot, and nothing runs out of it."""
     points = np.concatenate(model(obj.kind, obj.colour).hulls) @ end.object[:3, :3].T + end.object[:3, 3]
     above, ahead = float(points[:, 2].min()) - table.height, float(end.object[0, 3])
     if obj.kind in _FILLABLE_KINDS and end.object[2, 2] < options.level_cos:
@@ -104,7 +104,7 @@ def _held_out(obj: ObjectState, end: Moment, table: Table, *, options: ActCriter
 
 
 def opening_rim(obj: ObjectState) -> FloatArray:
-    """Return points (24, 3) of the edge of a thing's upper opening, in its body frame [m]."""
+    """Return points (24, 3) of the edge of an object's upper opening, in its body frame [m]."""
     shape = model(obj.kind, obj.colour)
     if shape.opening is not None:
         (x, y), radius, z = shape.opening.centre, shape.opening.radius, shape.opening.rim_z
@@ -145,7 +145,7 @@ def _poured(
 def _pointed(
     obj: ObjectState, moments: Sequence[Moment], table: Table, *, options: ActCriteria = ACTS
 ) -> tuple[bool, str]:
-    """Judge whether the line of a hand's fingers met the thing, from near, at some moment."""
+    """Judge whether the line of a hand's fingers met the object, from near, at some moment."""
     corners = np.concatenate(model(obj.kind, obj.colour).hulls) @ obj.pose[:3, :3].T + obj.pose[:3, 3]
     low, high = table.height, float(corners[:, 2].max())
     yaw = float(np.arctan2(obj.pose[1, 0], obj.pose[0, 0]))

@@ -24,7 +24,7 @@ _LYING_KINDS = ("banana", "apple", "lemon", "orange", "pear", "spoon")  # any wa
 
 @dataclass(frozen=True, slots=True)
 class PhysicalResult:
-    """The outcome: in words, and how far the object and the most moved other thing went [m]."""
+    """The outcome: in words, and how far the object and the most moved other object went [m]."""
 
     success: bool
     reason: str
@@ -42,7 +42,7 @@ class PhysicalResult:
 
 
 def nearest_object(states: Sequence[ObjectState], x: float, y: float, within_m: float = 0.10) -> str | None:
-    """Return the id of the thing at a place (x, y) [m], or None when the next one is farther than within_m.
+    """Return the id of the object at a place (x, y) [m], or None when the next one is farther than within_m.
 
     The distance is to the outline, so that a long handle or a curved banana does not matter; of several that cover the
     place (a lemon in a bowl) it is the one whose middle is nearest.
@@ -77,7 +77,7 @@ def judge(
         relation_criteria: when something is near, beside or at a place.
 
     Raises:
-        SceneError: the goal names a thing that is not there.
+        SceneError: the goal names an object that is not there.
     """
     was, now = _by_id(before), _by_id(after)
     for name in (goal.object, goal.target):
@@ -226,7 +226,7 @@ def _stands_on(obj: ObjectState, table: Table, options: EndStateCriteria = END_S
 
 
 def _heights(state: ObjectState) -> tuple[float, float]:
-    """Heights of the lowest and the highest point of a thing as it lies now [m]."""
+    """Heights of the lowest and the highest point of an object as it lies now [m]."""
     heights = np.concatenate(model(state.kind, state.colour).hulls) @ state.pose[2, :3] + state.position[2]
     return float(heights.min()), float(heights.max())
 

@@ -11,7 +11,7 @@ from uncom_sim.world.options import PHYSICS, PhysicsOptions
 
 
 class ContactCounter:
-    """Counts touches of the table and of bystanders: things that the robot never held between two fingers."""
+    """Counts touches of the table and of bystanders: objects that the robot never held between two fingers."""
 
     def __init__(
         self,
@@ -63,21 +63,21 @@ class ContactCounter:
 
     @property
     def bystanders(self) -> int:
-        """How many times the robot touched things that it never held."""
+        """How many times the robot touched objects that it never held."""
         return sum(n for body, n in self._touches.items() if body != self._table and body not in self._held)
 
     @property
     def forces(self) -> dict[str, float]:
-        """Greatest normal force [N] between the robot and each thing it touched; the table is called "table"."""
+        """Greatest normal force [N] between the robot and each object it touched; the table is called "table"."""
         names = {**self._names, self._table: "table"}
         return {names[body]: round(force, 2) for body, force in self._forces.items()}
 
     @property
     def between_fingers(self) -> frozenset[str]:
-        """Ids of the things that are between two fingers of one hand now."""
+        """Ids of the objects that are between two fingers of one hand now."""
         return frozenset(self._names[body] for body in self._between if body in self._names)
 
     @property
     def held(self) -> frozenset[str]:
-        """Ids of the things that were between two fingers at some time."""
+        """Ids of the objects that were between two fingers at some time."""
         return frozenset(self._names[body] for body in self._held if body in self._names)

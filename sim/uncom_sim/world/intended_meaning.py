@@ -26,8 +26,8 @@ _WORDS_OF_RELATIONS = (
 def with_say(scene: Scene, say: str) -> Scene:
     """Return the scene with another sentence: the person points only at what the new words speak of.
 
-    A gesture of the scene stays where the words are deictic or name the thing it goes to; where they name another
-    thing, and only one there is, it goes to that thing; else there is none.
+    A gesture of the scene stays where the words are deictic or name the object it goes to; where they name another
+    object, and only one there is, it goes to that object; else there is none.
     """
     words = say.split()
     phrases = find_phrases(words)
@@ -63,7 +63,7 @@ def meaning_of(scene: Scene) -> Meaning | None:
 
 
 def named_objects(scene: Scene, phrase: Sequence[str]) -> tuple[str, ...]:
-    """Return the ids of the things that a phrase can name by kind and colour."""
+    """Return the ids of the objects that a phrase can name by kind and colour."""
     tokens = [word.lower().strip(".,!?;:\"'") for word in phrase]
     tokens = [SPELLINGS.get(token, token) for token in tokens]
     colours = [token for token in tokens if token in COLOURS]

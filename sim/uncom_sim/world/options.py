@@ -10,7 +10,7 @@ from uncom_common.tunables import tunable
 
 @dataclass(frozen=True, slots=True)
 class PhysicsOptions:
-    """PyBullet's settings, and how things are put into its world."""
+    """PyBullet's settings, and how objects are put into its world."""
 
     gravity_m_s2: float = tunable(-9.81, unit="m/s^2", meaning="acceleration along the vertical")
     drop_m: float = tunable(0.0015, unit="m", meaning="height above the table from which objects are let down")

@@ -40,7 +40,7 @@ def build_room(client: int, table: Table, rng: np.random.Generator, *, options: 
 
 
 def random_light(rng: np.random.Generator) -> Light:
-    """Draw a lamp above the table, warm or cool; never from behind the robot, whose shadow would lie on the things."""
+    """Draw a lamp above the table, warm or cool; never from behind the robot, whose shadow would lie on the objects."""
     azimuth, tilt = rng.uniform(-1.4, 1.4), rng.uniform(0.25, 0.55)
     warmth = rng.uniform(-1.0, 1.0)
     level = rng.uniform(0.94, 1.0)

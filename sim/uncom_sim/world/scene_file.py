@@ -90,7 +90,7 @@ def load_scenario(name: str, say: str | None = None, seed: int = 0) -> Scene:
     Args:
         name: for example "iv" or "which_bowl".
         say: takes the place of its sentence, see meaning.with_say.
-        seed: arranges the things, see variation.vary_scene; 0 leaves them as they are written.
+        seed: arranges the objects, see variation.vary_scene; 0 leaves them as they are written.
 
     Raises:
         SceneError: there is no such scenario.

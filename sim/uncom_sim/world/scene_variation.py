@@ -20,7 +20,7 @@ from uncom_sim.world.placement_check import check_placement
 
 
 def vary_scene(scene: Scene, seed: int, *, options: SceneVariationOptions = SCENE_VARIATION) -> Scene:
-    """Return a scene with its things in other places; seed 0 leaves them as they are written.
+    """Return a scene with its objects in other places; seed 0 leaves them as they are written.
 
     Everything stays in the camera's sight, apart from everything else, and within reach where it matters.
 
@@ -124,13 +124,13 @@ def _places_to_keep_free(scene: Scene, *, options: SceneVariationOptions = SCENE
 
 
 def all_visible(scene: Scene) -> bool:
-    """Whether the robot, looking at the table, has every thing wholly in its picture and not behind another."""
+    """Whether the robot, looking at the table, has every object wholly in its picture and not behind another."""
     viewpoint = robot_viewpoint()
     return all(is_visible(obj, scene, viewpoint) for obj in scene.objects)
 
 
 def is_visible(obj: SceneObject, scene: Scene, viewpoint: Viewpoint) -> bool:
-    """Whether a thing is wholly in the picture and nothing nearer stands before its middle."""
+    """Whether an object is wholly in the picture and nothing nearer stands before its middle."""
     shape = model(obj.kind, obj.colour)
     height = float(shape.size[2])
     ring = np.asarray(outline(obj).exterior.coords)
@@ -151,7 +151,7 @@ def is_visible(obj: SceneObject, scene: Scene, viewpoint: Viewpoint) -> bool:
             continue
         top = scene.table.height + float(model(other.kind, other.colour).size[2])
         share = (top - middle[2]) / (eye[2] - middle[2])
-        if share > 0.0:  # the part of the line of sight that runs lower than the other thing
+        if share > 0.0:  # the part of the line of sight that runs lower than the other object
             way = shapely.LineString([middle[:2], middle[:2] + min(share, 1.0) * (eye[:2] - middle[:2])])
             if way.distance(outline(other)) < SCENE_VARIATION.sight_gap_m:
                 return False

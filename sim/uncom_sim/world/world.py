@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The room, the table, the things on it and the person, built into a PyBullet world."""
+"""The room, the table, the objects on it and the person, built into a PyBullet world."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class World:
 
     @property
     def object_bodies(self) -> dict[str, int]:
-        """PyBullet ids of the things on the table by their ids in the scene."""
+        """PyBullet ids of the objects on the table by their ids in the scene."""
         return dict(self._bodies)
 
     @property
@@ -96,7 +96,7 @@ class World:
         pybullet.resetBasePositionAndOrientation(self._hand, position, quaternion, physicsClientId=self._client)
 
     def _standing(self, object_id: str) -> FloatArray:
-        """Place (3,) of a thing's body frame when it stands on the table."""
+        """Place (3,) of an object's body frame when it stands on the table."""
         obj = self.scene.object(object_id)
         below = model(obj.kind, obj.colour).bounds[0, 2]
         return np.array([obj.x, obj.y, self.scene.table.height - below + self._options.drop_m])

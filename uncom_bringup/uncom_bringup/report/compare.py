@@ -29,7 +29,7 @@ class Tolerance:
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """One thing that changed: of what sort, where, and from what to what."""
+    """One object that changed: of what sort, where, and from what to what."""
 
     kind: str  # words, times, command, decision, choice, candidates, probability
     where: str

@@ -129,7 +129,7 @@ def _tables(explanation: Mapping[str, Any]) -> list[dict[str, Any]]:
     tables = []
     for role, title in _ROLES.items():
         part = explanation.get(role) or {}
-        if isinstance(part, list):  # what the things of a group were chosen from
+        if isinstance(part, list):  # what the objects of a group were chosen from
             part = {"candidates": part}
         candidates = sorted(part.get("candidates") or (), key=lambda c: -c["probability"])
         if not candidates:

@@ -109,7 +109,7 @@ class Dialogue:
         return self._choose(question.candidate_ids[0]) if len(question.candidate_ids) == 1 else None
 
     def _choose(self, candidate_id: str) -> Ending | None:
-        """End a question about things with one of them; never a question whether to move."""
+        """End a question about objects with one of them; never a question whether to move."""
         question = self.question
         if question is None or question.kind is QuestionKind.APPROVAL or candidate_id not in question.candidate_ids:
             return None

@@ -143,7 +143,7 @@ def _add_target(decision: Decision, result: TargetResult) -> Decision:
 
 
 def _executed_primitive(primitive: Primitive, result: TargetResult) -> Primitive:
-    """Return what is done with the object: "put it in the corner" is no putting into a thing."""
+    """Return what is done with the object: "put it in the corner" is no putting into an object."""
     if primitive in (Primitive.PUT_IN, Primitive.PUT_ON, Primitive.STACK, Primitive.PLACE):
         return result.primitive
     return primitive

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Several things at once: "both apples", "two spoons", "these", "all the fruit"."""
+"""Several objects at once: "both apples", "two spoons", "these", "all the fruit"."""
 
 from __future__ import annotations
 

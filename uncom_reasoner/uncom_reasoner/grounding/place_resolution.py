@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Free places on the support: on the table, at a gesture, beside a thing, aside of or back to where an object was."""
+"""Free places on the support: on the table, at a gesture, beside an object, aside of or back to where an object was."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Spatial relations on the support, in metres: where a thing may go, and whether a thing is there.
+"""Spatial relations on the support, in metres: where an object may go, and whether an object is there.
 
 Left and right, in front and behind follow `Surface.right` and `Surface.far`. A relation holds for a footprint only if
 the whole of it lies on the right side of the reference with a gap, and within the cone of that direction.
@@ -61,7 +61,7 @@ class RelationGoal:
         return max(usual_m, self.gap_m + self.options.stated_gap_margin_m) * self.surface.units_per_m
 
     def costs(self, points: FloatArray, moved: FloatArray) -> FloatArray:
-        """Return a cost (N,) for the moved thing's centre at each point (N, 2); infinite where the relation fails.
+        """Return a cost (N,) for the moved object's centre at each point (N, 2); infinite where the relation fails.
 
         Args:
             points: centres to weigh (N, 2).

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How well a thing would be held, from 0 to 1, by the points between the pads.
+"""How well an object would be held, from 0 to 1, by the points between the pads.
 
 Points are in the frame of the hand at the place it takes: approach, closing, lateral [m].
 """
@@ -79,7 +79,7 @@ def _contact_quality(
     span = contents.points
     low, high = float(span[:, 1].min()), float(span[:, 1].max())
     left, right = span[span[:, 1] < low + options.contact_depth_m], span[span[:, 1] > high - options.contact_depth_m]
-    # both pads should meet at one place of the fingers, else they turn the thing
+    # both pads should meet at one place of the fingers, else they turn the object
     slant = np.linalg.norm(left[:, [0, 2]].mean(axis=0) - right[:, [0, 2]].mean(axis=0))
     facing = float(np.exp(-((slant / max(high - low, 0.012)) ** 2) * 2.0))
     patch = min(float(np.ptp(left[:, 2])), float(np.ptp(right[:, 2]))) + 0.5 * min(
@@ -100,9 +100,9 @@ def _contact_quality(
 
 
 def _taper_at_pad_ends(contents: PadContents, *, options: GraspQualityOptions = GRASP_QUALITY) -> float:
-    """Return how much wider to a side things get per length where the pads end.
+    """Return how much wider to a side objects get per length where the pads end.
 
-    Pads that end before the widest place press a thing out from between them.
+    Pads that end before the widest place press an object out from between them.
     """
     span = contents.points
     steepest, widest = 0.0, float(np.ptp(span[:, 1])) - 0.5 * SHAPE_COMPLETION.voxel_m
@@ -130,7 +130,7 @@ def _visibility_of_edge(shape: ObjectShape, place: FloatArray) -> float:
 def _share_of_weight_borne(
     shape: ObjectShape, place: FloatArray, depth: float, *, options: GraspQualityOptions = GRASP_QUALITY
 ) -> float:
-    """Return less than 1 where the weight beside the fingers would turn the thing out of them.
+    """Return less than 1 where the weight beside the fingers would turn the object out of them.
 
     It is held level by one pad pressing at the edge and the other `depth` [m] below.
     """

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where and how to take a thing with a parallel gripper, from its completed points alone.
+"""Where and how to take an object with a parallel gripper, from its completed points alone.
 
 A candidate closes horizontally (y of the grasping frame) and comes in (x of the grasping frame) from above or
-obliquely. Around solid things it is placed across the body, on hollow things over the edge of the opening. The points
+obliquely. Around solid objects it is placed across the body, on hollow objects over the edge of the opening. The points
 between the pads give width, contact patches and how well they face each other (antipodal: Nguyen 1988); points in the
 way of fingers or palm rule it out.
 """
@@ -24,7 +24,7 @@ from uncom_tiago_exec.types import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class Grasp:
-    """A way to take a thing.
+    """A way to take an object.
 
     pose (4, 4): grasping frame in base_footprint when the fingers close; width: of what is between the pads;
     opening: of the fingers before; retreat: how far to come from along the approach [m]; quality 0 to 1.
@@ -187,7 +187,7 @@ def _opening(
     *,
     options: GraspSamplerOptions = GRASP_SAMPLER,
 ) -> float | None:
-    """Return the widest opening with which fingers and palm pass; room beside the thing forgives what was not seen."""
+    """Return the widest opening with which fingers and palm pass; room beside the object forgives what was not seen."""
     width, middle = edges[1] - edges[0], 0.5 * (edges[0] + edges[1])
     for room in rooms:
         opening = min(gripper.open - 0.002, width + room)
@@ -253,7 +253,7 @@ def _is_blocked(
     *,
     options: GraspSamplerOptions = GRASP_SAMPLER,
 ) -> bool:
-    """Tell whether open fingers or palm, coming in along the approach, meet the thing itself or a neighbour."""
+    """Tell whether open fingers or palm, coming in along the approach, meet the object itself or a neighbour."""
     for points, slack in ((local, 0.0), (near, options.side_clearance_m)):
         if not len(points):
             continue

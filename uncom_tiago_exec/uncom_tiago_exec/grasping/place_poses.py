@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a held thing is let go: on an area, in an opening, on top of something."""
+"""Where a held object is let go: on an area, in an opening, on top of something."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from uncom_tiago_exec.types import FloatArray, ManipulationTask
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A way to let go: hand pose (4, 4), how the thing moved (4, 4), and what it may touch there."""
+    """A way to let go: hand pose (4, 4), how the object moved (4, 4), and what it may touch there."""
 
     hand: FloatArray
     motion: FloatArray
@@ -46,18 +46,18 @@ def destination(
     onto: bool = False,
     options: PlacePoseOptions = PLACE_POSES,
 ) -> Destination:
-    """Work out where the moved thing of a task is to end.
+    """Work out where the moved object of a task is to end.
 
     Args:
         options: numbers that tune it.
         task: with the target's relation and the place on the table.
-        moved: the thing to move.
-        target: the thing that receives it, or None.
+        moved: the object to move.
+        target: the object that receives it, or None.
         into: it goes into the target, whatever the relation says.
         onto: it goes on top of the target, whatever the relation says.
 
     Raises:
-        RefusedError: there is no place, it is off the table, or the thing cannot go there.
+        RefusedError: there is no place, it is off the table, or the object cannot go there.
     """
     what = task.object_text or moved.name
     if target is not None and (into or task.relation == "in"):
@@ -89,7 +89,7 @@ def _inside(
 
 
 def _on_top(moved: ObjectShape, target: ObjectShape, *, options: PlacePoseOptions = PLACE_POSES) -> Destination:
-    """Find the surface that the thing will rest on: the floor of a flat dish, or the top."""
+    """Find the surface that the object will rest on: the floor of a flat dish, or the top."""
     touches = frozenset({target.name, TABLE})
     if target.rim is not None and is_shallow(target.rim):
         if float(moved.size[0]) < 1.6 * target.rim.radius:
@@ -108,7 +108,7 @@ def place_candidates(
     coarse: bool = False,
     options: PlacePoseOptions = PLACE_POSES,
 ) -> list[Place]:
-    """Return hand poses that bring the thing there, turned about the vertical and tilted, least first.
+    """Return hand poses that bring the object there, turned about the vertical and tilted, least first.
 
     Only what falls into an opening, or is a ball, may be tilted; a hand that is less steep reaches further.
     """
@@ -144,7 +144,7 @@ def _place_pose(
     *,
     options: PlacePoseOptions = PLACE_POSES,
 ) -> Place:
-    """Turn and tilt the thing about its middle, and bring its lowest point to the height of release.
+    """Turn and tilt the object about its middle, and bring its lowest point to the height of release.
 
     What is seen of it ends a little above what it stands on: by as much the hand would come lower than it took hold.
     """
@@ -169,7 +169,7 @@ def _place_pose(
 
 
 def _is_long(goal: Destination, moved: ObjectShape, *, options: PlacePoseOptions = PLACE_POSES) -> bool:
-    """Tell whether a thing would lie across the opening it is to go into."""
+    """Tell whether an object would lie across the opening it is to go into."""
     return (
         goal.into is not None
         and goal.into.rim is not None
@@ -184,7 +184,7 @@ def _radius(target: ObjectShape) -> float:
 def _one_end_in(
     target: ObjectShape, moved: ObjectShape, motion: FloatArray, *, options: PlacePoseOptions = PLACE_POSES
 ) -> tuple[FloatArray, float]:
-    """Return where a tilted thing's middle goes (2,) so that its low end is inside, and how low that may be [m]."""
+    """Return where a tilted object's middle goes (2,) so that its low end is inside, and how low that may be [m]."""
     rim = target.rim
     if rim is None:
         return target.middle[:2], target.top

@@ -99,16 +99,16 @@ class ArmPlanner:
         return self._checker(gap, "free", self.scene.obstacles(with_moved=True), Contacts())
 
     def reaching(self, gap: float) -> CollisionChecker:
-        """Check the last straight way to the thing, which fingers may touch."""
+        """Check the last straight way to the object, which fingers may touch."""
         contacts = Contacts(fingers=frozenset({self.scene.moved.name}))
         return self._checker(gap, "reaching", self.scene.obstacles(with_moved=True), contacts)
 
     def pushing(self, gap: float) -> CollisionChecker:
-        """Check the hand behind the thing it pushes: the thing itself gives way."""
+        """Check the hand behind the object it pushes: the object itself gives way."""
         return self._checker(gap, "pushing", self.scene.obstacles(with_moved=False), Contacts())
 
     def carrying(self, grasp: Grasp, touches: frozenset[str]) -> CollisionChecker:
-        """Check motions with the thing in the hand, which may touch some solids."""
+        """Check motions with the object in the hand, which may touch some solids."""
         if self._carried is not grasp:  # held, so that no other grasp can be taken for it
             self._carried = grasp
             self._carrying.clear()
@@ -120,18 +120,18 @@ class ArmPlanner:
         return self._carrying[touches]
 
     def attachment(self, grasp: Grasp) -> Attachment:
-        """Return the thing's solids as they hang in the hand."""
+        """Return the object's solids as they hang in the hand."""
         return attach(self.scene.moved_solids, grasp.pose)
 
     def leaving(self, gap: float, motion: FloatArray, touches: frozenset[str]) -> CollisionChecker:
-        """Check motions with empty hand after the thing was moved by `motion` (4, 4); fingers may touch some solids."""
+        """Check motions with empty hand after the object was moved by `motion` (4, 4); fingers may touch solids."""
         moved = tuple(Obstacle(s.name, s.shape, s.size, motion @ s.pose) for s in self.scene.moved_solids)
         obstacles = (*self.scene.obstacles(with_moved=False), *moved)
         margins = self.margins if touches else self.free_margins
         return self._allowing_start(CollisionChecker(self._group(gap), obstacles, margins, Contacts(fingers=touches)))
 
     def turning_away(self, gap: float, motion: FloatArray) -> CollisionChecker:
-        """Check motions with empty hand after the thing was pushed by `motion` (4, 4), in which it may have turned."""
+        """Check motions with empty hand after the object was pushed by `motion` (4, 4), in which it may have turned."""
         thing = self.scene.moved
         width = float(np.linalg.norm(thing.size[:2]))
         pose = np.eye(4)
@@ -142,7 +142,7 @@ class ArmPlanner:
         return self._allowing_start(CollisionChecker(self._group(gap), obstacles, self.free_margins, Contacts()))
 
     def transit(self, checker: CollisionChecker, start: FloatArray, goals: Sequence[FloatArray]) -> FloatArray:
-        """Plan a free motion (N, 8); its ends may be nearer to things than fingers keep on free ways.
+        """Plan a free motion (N, 8); its ends may be nearer to objects than fingers keep on free ways.
 
         Raises:
             InCollisionError, PlanningError: an end touches something, or there is no way.

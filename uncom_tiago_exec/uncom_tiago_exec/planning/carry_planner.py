@@ -54,7 +54,7 @@ class UprightConstraint:
 
 
 def lean_angle(arm: ArmPlanner, grasp: Grasp, q: FloatArray) -> float:
-    """Return how far from upright a thing is at a configuration (8,) [rad]; it was upright when it was taken."""
+    """Return how far from upright an object is at a configuration (8,) [rad]; it was upright when it was taken."""
     return float(np.arccos(np.clip(arm.group.forward(q)[2, :3] @ grasp.pose[2, :3], -1.0, 1.0)))
 
 
@@ -67,9 +67,9 @@ def straight_transfer(
     *,
     options: CarryPlannerOptions = CARRY_PLANNER,
 ) -> tuple[FloatArray | None, FloatArray]:
-    """Return the straight way of the hand from the lifted thing (8,) to above its place, and from there down.
+    """Return the straight way of the hand from the lifted object (8,) to above its place, and from there down.
 
-    The thing is upright throughout, and the arm does not turn over. Where that cannot be the way is None, and the way
+    The object is upright throughout, and the arm does not turn over. Where that cannot be the way is None, and the way
     down the given one (N, 8), which `lowering` has checked.
     """
     above, down = arm.group.forward(lower[0]), arm.group.forward(lower[-1])
@@ -91,7 +91,7 @@ def plan_upright_motion(
     strict: bool = False,
     options: CarryPlannerOptions = CARRY_PLANNER,
 ) -> FloatArray:
-    """Return a free way (N, 8) with the thing in the hand from start to goal, both (8,), the more upright the better.
+    """Return a free way (N, 8) with the object in the hand from start to goal, both (8,), the more upright the better.
 
     The hand does not go around beside the table lower than its top, unless it begins or ends there.
 

@@ -91,7 +91,7 @@ class Plan:
 
     @property
     def lifted(self) -> FloatArray | None:
-        """Where it first has the thing in the hand and clear of everything: a joint vector (8,), or None."""
+        """Where it first has the object in the hand and clear of everything: a joint vector (8,), or None."""
         moves = [step for step in self.steps if isinstance(step, MoveStep)]
         ends = [step.trajectory.positions[-1] for step in moves if step.stage == Stage.LIFTING]
         starts = [step.trajectory.positions[0] for step in moves if step.stage == Stage.TRANSFERRING]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Circles in clouds seen from above: the edge of hollow things and the outline of round ones."""
+"""Circles in clouds seen from above: the edge of hollow objects and the outline of round ones."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def coverage(points: FloatArray, centre: FloatArray, sectors: int) -> float:
 
 
 def fit_rim(cloud: FloatArray, table_z: float, options: RimOptions = RIM) -> Circle | None:
-    """Return the outer edge of an opening in visible points (N, 3), or None if the thing is not hollow.
+    """Return the outer edge of an opening in visible points (N, 3), or None if the object is not hollow.
 
     Hollow means: high points form a round edge, and what is seen inside the edge lies clearly lower.
     """
@@ -116,7 +116,7 @@ def fit_rim(cloud: FloatArray, table_z: float, options: RimOptions = RIM) -> Cir
     low_share = float((drop > lower).mean()) if inside.any() else 1.0
     if inside.any() and covered > options.seen_inside and low_share < options.least_low_share:
         return None
-    # the top of a solid thing would be seen: nothing inside at all is an opening too deep to look into
+    # the top of a solid object would be seen: nothing inside at all is an opening too deep to look into
     near = np.abs(distance - circle.radius) < options.edge_width_m
     outer = float(np.quantile(distance[near & (cloud[:, 2] > top - band)], options.outer_quantile))
     return Circle(circle.centre, max(circle.radius, outer))

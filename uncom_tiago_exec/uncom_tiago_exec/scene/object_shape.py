@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an object is for the hand: its visible points completed by symmetry, its outline, its opening if it is hollow.
 
-Nothing here knows kinds of objects. Round things are completed by turning their visible profile about their axis,
+Nothing here knows kinds of objects. Round objects are completed by turning their visible profile about their axis,
 others by filling the space between what is seen and the table.
 """
 
@@ -181,7 +181,7 @@ def _bulging(
 ) -> npt.NDArray[np.bool_]:
     """Tell which points (N,) lie a little beyond the usual radius [m], if so in many directions at their height.
 
-    A belly does; the root of a handle does in few directions, and must not widen the whole thing when it is turned.
+    A belly does; the root of a handle does in few directions, and must not widen the whole object when it is turned.
     """
     sectors = options.belly_sectors
     beyond = (radius > usual + options.uneven_m) & (radius <= usual + options.bulge_m)

@@ -71,14 +71,14 @@ def solids_of(
 
 
 def is_shallow(rim: Rim, options: SolidOptions = SOLIDS) -> bool:
-    """Tell whether an opening is that of a flat dish, which things are put on, not into."""
+    """Tell whether an opening is that of a flat dish, which objects are put on, not into."""
     return rim.z - rim.floor_z < options.shallow_m
 
 
 def _dish(
     name: str, rim: Rim, distance: FloatArray, z: FloatArray, bottom: float, pad: float, options: SolidOptions
 ) -> list[Obstacle]:
-    """Hold a flat dish by the disc of its floor and a ring of boxes for its border, so that things fit into it.
+    """Hold a flat dish by the disc of its floor and a ring of boxes for its border, so that objects fit into it.
 
     distance and z (N,) are those of its points from its axis and their heights [m].
     """

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The space behind things that the camera does not see: something low may stand there.
+"""The space behind objects that the camera does not see: something low may stand there.
 
-Motions keep out of it where there are others; what was asked for beside or behind a thing is done all the same.
+Motions keep out of it where there are others; what was asked for beside or behind an object is done all the same.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from uncom_tiago_exec.types import FloatArray, Obstacle
 def shadows_of(
     scene: SceneModel, camera: FloatArray, goal: FloatArray | None, options: ShadowOptions = SHADOWS
 ) -> tuple[Obstacle, ...]:
-    """Return boxes in the unseen space behind the things that stand still, as seen from a camera at (3,).
+    """Return boxes in the unseen space behind the objects that stand still, as seen from a camera at (3,).
 
-    The space around the thing to move, its target and its goal (2,) is left out.
+    The space around the object to move, its target and its goal (2,) is left out.
     """
     kept_free = [(scene.moved.middle[:2], _radius_kept_free(scene.moved, options))]
     if scene.target is not None:
@@ -39,7 +39,7 @@ def _radius_kept_free(thing: ObjectShape, options: ShadowOptions) -> float:
 
 
 def _shadow(thing: ObjectShape, camera: FloatArray, options: ShadowOptions) -> Iterator[Obstacle]:
-    """Yield boxes from behind a thing to where the line of sight over its top comes down to what may stand there."""
+    """Yield boxes from behind an object to where the line of sight over its top comes down to what may stand there."""
     high = float(camera[2]) - thing.bottom
     if high <= thing.height:
         return

@@ -20,7 +20,7 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class SceneModel:
-    """The thing to move, the receiving thing (or None), the other things, and the table as solids.
+    """The object to move, the receiving object (or None), the other objects, and the table as solids.
 
     shadows are solids in the space that is not seen, which motions are to keep out of.
     """
@@ -37,12 +37,12 @@ class SceneModel:
 
     @property
     def neighbours(self) -> FloatArray:
-        """Points (N, 3) of everything but the thing to move."""
+        """Points (N, 3) of everything but the object to move."""
         parts = [s.points for s in (*self.others, *((self.target,) if self.target else ()))]
         return np.vstack(parts) if parts else np.zeros((0, 3))
 
     def obstacles(self, *, with_moved: bool) -> tuple[Obstacle, ...]:
-        """Return all solids, with or without the thing to move."""
+        """Return all solids, with or without the object to move."""
         if not self._solids:
             shapes = [*self.others, *((self.target,) if self.target else ())]
             self._solids["still"] = tuple(solid for shape in shapes for solid in solids_of(shape))
@@ -53,13 +53,13 @@ class SceneModel:
 
     @property
     def moved_solids(self) -> tuple[Obstacle, ...]:
-        """Return the solids of the thing to move, nearly without padding, where it stands."""
+        """Return the solids of the object to move, nearly without padding, where it stands."""
         self.obstacles(with_moved=False)
         return self._solids["held"]
 
 
 def replace_moved(scene: SceneModel, moved: ObjectShape) -> SceneModel:
-    """Return the same scene with another thing to move: one that is in the hand already."""
+    """Return the same scene with another object to move: one that is in the hand already."""
     return SceneModel(moved, scene.target, scene.others, scene.table, scene.table_z)
 
 
@@ -104,7 +104,7 @@ def _named(detection: Detection, height: float, name: str) -> ObjectShape:
 
 
 def _is_same(a: Detection, b: Detection, options: SceneMatchingOptions) -> bool:
-    """Tell whether two detections are one thing: the same name and the same place, or nearly the same place."""
+    """Tell whether two detections are one object: the same name and the same place, or nearly the same place."""
     if a.geometry is None or b.geometry is None:
         return a.id == b.id
     apart = float(np.linalg.norm(a.geometry.centroid - b.geometry.centroid))

@@ -30,18 +30,18 @@ class Reach:
     lower: FloatArray | None = None
     retreat: FloatArray | None = None
     release_gap: float = 0.0
-    over: FloatArray | None = None  # from the lifted thing to above its place, where a straight way leads there
+    over: FloatArray | None = None  # from the lifted object to above its place, where a straight way leads there
 
     @property
     def carrying_pace(self) -> float:
-        """Share of the full pace at which the thing is carried: doubtful grasps and long pendulums are not shaken."""
+        """Share of the full pace at which the object is carried: doubtful grasps and long pendulums are not shaken."""
         pads = self.grasp.pose[2, 3] + self.arm.group.gripper.tip * self.grasp.approach[2]
         lever = abs(float(pads - self.arm.scene.moved.middle[2]))
         swing = 1.0 / (1.0 + 8.0 * max(0.0, lever - 0.03))
         return float(np.clip((0.35 + 0.7 * self.grasp.quality) * swing, 0.45, 0.9))
 
     def hop(self) -> float:
-        """Rough time from the lifted thing to above its place [s]."""
+        """Rough time from the lifted object to above its place [s]."""
         if self.lower is None:
             return 0.0
         way = np.vstack([self.lift[-1], self.lower[0]]) if self.over is None else self.over
@@ -58,7 +58,7 @@ class Reach:
 
 
 def taking_steps(reach: Reach) -> tuple[Step, ...]:
-    """Return the steps from the start to the lifted thing."""
+    """Return the steps from the start to the lifted object."""
     arm, grasp = reach.arm, reach.grasp
     free, reaching = arm.free(grasp.opening), arm.reaching(grasp.opening)
     start = arm.group.clamp(arm.start)
@@ -74,10 +74,10 @@ def taking_steps(reach: Reach) -> tuple[Step, ...]:
 
 
 def placing_steps(reach: Reach, home: FloatArray, gap: float, *, strict: bool = False) -> tuple[Step, ...]:
-    """Return the steps from the lifted thing to the arm at home (8,) with its fingers at a gap [m].
+    """Return the steps from the lifted object to the arm at home (8,) with its fingers at a gap [m].
 
     Raises:
-        PlanningError: there is no way to the place, or home; strict, none on which the thing stays upright.
+        PlanningError: there is no way to the place, or home; strict, none on which the object stays upright.
     """
     if reach.place is None or reach.lower is None or reach.retreat is None:
         return ()

@@ -44,7 +44,7 @@ class PointSkill(Skill):
 
 
 def pointing(request: PlanRequest) -> tuple[ArmPlanner, FloatArray]:
-    """Return an arm and the configuration (8,) in which its closed fingers point at the moved thing.
+    """Return an arm and the configuration (8,) in which its closed fingers point at the moved object.
 
     Raises:
         RefusedError: no arm gets there.

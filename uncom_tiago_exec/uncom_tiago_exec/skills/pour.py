@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pouring: the held thing is tilted so that the edge of its mouth stays over the middle of the target.
+"""Pouring: the held object is tilted so that the edge of its mouth stays over the middle of the target.
 
 Its lowest point keeps the same height over the target: it begins above it and comes down as it tips.
 """
@@ -87,9 +87,9 @@ def mouth_edge(moved: ObjectShape, ahead: FloatArray) -> FloatArray:
 
 
 def motions(moved: ObjectShape, target: ObjectShape, ahead: FloatArray, turn: float, tilt: float) -> FloatArray:
-    """Return motions (K, 4, 4) of the thing from upright to tilted [rad] over the target.
+    """Return motions (K, 4, 4) of the object from upright to tilted [rad] over the target.
 
-    ahead (2,) is where the upright thing's mouth is to be tipped towards; turn [rad] is about the vertical before.
+    ahead (2,) is where the upright object's mouth is to be tipped towards; turn [rad] is about the vertical before.
     """
     edge = mouth_edge(moved, ahead)
     place = np.array([*(target.rim.centre if target.rim is not None else target.middle[:2]), 0.0])
@@ -109,7 +109,7 @@ def motions(moved: ObjectShape, target: ObjectShape, ahead: FloatArray, turn: fl
 def find_pour(
     arm: ArmPlanner, grasp: Grasp, lifted: FloatArray, names: tuple[str, str], *, strict: bool = False
 ) -> Pour:
-    """Return a pour with a grasp, from where the thing was lifted to (8,); names are those of the thing and the target.
+    """Return a pour with a grasp, from where the object was lifted to (8,); names: of object and target.
 
     Raises:
         RefusedError: there is nothing to pour into, or the arm cannot tilt there; strict, not without spilling before.
@@ -149,7 +149,7 @@ def find_pour(
 
 
 def pouring_steps(reach: Reach, pour: Pour) -> tuple[Step, ...]:
-    """Return the steps from the lifted thing to over the target, tilting there, and upright again."""
+    """Return the steps from the lifted object to over the target, tilting there, and upright again."""
     arm, carrying = reach.arm, reach.arm.carrying(reach.grasp, frozenset())
     pace = min(reach.carrying_pace, 0.6)
     return (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pushing a thing over the table: two open fingers behind it, straight on, back a little, and up again.
+"""Pushing an object over the table: two open fingers behind it, straight on, back a little, and up again.
 
 Flat dishes go this way, whose weight no pinch of their edge can hold, and whatever is to be pushed.
 """
@@ -79,7 +79,7 @@ def plan_push(request: PlanRequest) -> Plan:
 
 @dataclass(frozen=True, slots=True)
 class Push:
-    """Joint paths of a push that works: down behind the thing, along with it, and back and up."""
+    """Joint paths of a push that works: down behind the object, along with it, and back and up."""
 
     arm: ArmPlanner
     down: FloatArray
@@ -100,7 +100,7 @@ def _gap(scene: SceneModel) -> float:
 
 
 def find_pushes(request: PlanRequest, goal: Destination) -> list[Push]:
-    """Return pushes of the moved thing's middle to its destination on the table, the quickest first, some of each arm.
+    """Return pushes of the moved object's middle to its destination on the table, the quickest first, some of each arm.
 
     Raises:
         RefusedError: too far, off the table, something in between, or out of reach; the text says which.
@@ -204,7 +204,7 @@ def _push(arm: ArmPlanner, start: FloatArray, end: FloatArray, way: FloatArray) 
 
 
 def _out(arm: ArmPlanner, q: FloatArray, way: FloatArray) -> FloatArray:
-    """Return the way of the hand back from the thing, as far as there is room, and up over it."""
+    """Return the way of the hand back from the object, as far as there is room, and up over it."""
     pushing, ups = (
         arm.pushing(_gap(arm.scene)),
         (max(PUSH.heights_m[0], arm.scene.moved.height + PUSH.over_m), *PUSH.heights_m),
@@ -222,7 +222,7 @@ def _out(arm: ArmPlanner, q: FloatArray, way: FloatArray) -> FloatArray:
 
 
 def pushing_steps(push: Push, *, turned: bool) -> tuple[Step, ...]:
-    """Return the steps of a push; turned, they leave room for the thing whichever way it has turned."""
+    """Return the steps of a push; turned, they leave room for the object whichever way it has turned."""
     arm, gap = push.arm, push.gap
     free, pushing, away = arm.free(gap), arm.pushing(gap), arm.leaving(gap, push.motion, frozenset())
     if turned:

@@ -17,14 +17,14 @@ from uncom_tiago_exec.types import FloatArray, ManipulationTask
 
 
 def middle_places(task: ManipulationTask) -> list[FloatArray]:
-    """Return a few free places (2,) before the robot where the thing can stand, those halfway first."""
+    """Return a few free places (2,) before the robot where the object can stand, those halfway first."""
     table, thing = task.table, task.object.geometry
     if table is None or thing is None or (task.target_pose is None and task.target is None):
         return []
     outline = np.asarray(thing.cloud, dtype=float)[:, :2]
     middle, _, extent = smallest_rectangle(outline)
     radius = 0.5 * float(extent[0])  # on the table however it is turned
-    narrow = 0.5 * float(extent[1])  # beside other things in one way at least; planning finds which
+    narrow = 0.5 * float(extent[1])  # beside other objects in one way at least; planning finds which
     others = [np.asarray(d.geometry.cloud, dtype=float)[:, :2] for d in _others(task) if d.geometry is not None]
     tree = cKDTree(np.vstack(others)) if others else None
     goal = _goal(task)
@@ -54,7 +54,7 @@ def middle_places(task: ManipulationTask) -> list[FloatArray]:
 
 
 def to_middle(task: ManipulationTask, place: FloatArray, primitive: Primitive = Primitive.PLACE) -> ManipulationTask:
-    """Return the first half: the thing to a place (2,) on the table, by a primitive."""
+    """Return the first half: the object to a place (2,) on the table, by a primitive."""
     height = task.table.height_m if task.table is not None else 0.0
     pose = upright(np.array([place[0], place[1], height]), 0.0)
     return replace(
@@ -63,7 +63,7 @@ def to_middle(task: ManipulationTask, place: FloatArray, primitive: Primitive = 
 
 
 def after_moving(task: ManipulationTask, motion: FloatArray) -> ManipulationTask:
-    """Return the second half as it will be once the thing was moved by `motion` (4, 4)."""
+    """Return the second half as it will be once the object was moved by `motion` (4, 4)."""
     thing = task.object
     if thing.geometry is None:
         return task

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a thing in the hand is let go: the place option that is quickly got to, and the straight ways down and out."""
+"""Where a held object is let go: the place option that is quickly got to, and the straight paths down and out."""
 
 from __future__ import annotations
 

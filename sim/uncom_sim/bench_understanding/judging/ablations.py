@@ -109,7 +109,7 @@ def _with_true_scene(evidence: Evidence | None, plan: TakePlan, recording: TakeR
 
 
 def _without_words(evidence: Evidence) -> Evidence:
-    """Let every named thing be "this thing"; what is to be done, and where, stays."""
+    """Let every named object be "this thing"; what is to be done, and where, stays."""
     command = evidence.command
     return replace(
         evidence, command=replace(command, object=_as_deictic(command.object), target=_as_deictic(command.target))

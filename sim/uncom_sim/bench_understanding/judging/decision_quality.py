@@ -88,7 +88,7 @@ def _factor_tables(
 def _tables_without_object(
     talk: Conversation, plan: TakePlan, states: Sequence[ObjectState], evidence: Evidence
 ) -> list[dict[str, Any]]:
-    """Weigh the object once more with it taken away: a named thing that is not there, and no other of its kind."""
+    """Weigh the object once more with it taken away: a named object that is not there, and no other of its kind."""
     meant = plan.scene.object(plan.meaning.object)
     alike = [obj for obj in plan.scene.objects if obj.kind == meant.kind]
     reference = evidence.command.object

@@ -72,7 +72,7 @@ def _parse_fault(plan: TakePlan, command: Command) -> str:
 
 
 def _may_refer_to(reference: Reference, plan: TakePlan, name: str) -> bool:
-    """Whether words can name a thing: by its kind, its family, or as "this thing"."""
+    """Whether words can name an object: by its kind, its family, or as "this thing"."""
     if is_bare(reference) or reference.head in GENERIC_NOUNS:
         return True
     head = _ALIAS.get(reference.head, reference.head)
@@ -140,7 +140,7 @@ def _ray_error(ray: RayObservation, place: np.ndarray) -> tuple[float, float]:
 
 
 def _detection_fault(plan: TakePlan, recording: TakeRecording, evidence: Evidence) -> str:
-    """Whether the meant things were found as one thing each, and named by their words."""
+    """Whether the meant objects were found as one object each, and named by their words."""
     states, command, scene = recording.truth.states, evidence.command, evidence.scene
     if scene.table is None:
         return "the table was not found"

@@ -63,7 +63,7 @@ def true_scene(
 
 
 def _matching_ids(phrase: str, states: Sequence[ObjectState], table: Table) -> frozenset[str]:
-    """Return the ids of the things that a noun phrase fits."""
+    """Return the ids of the objects that a noun phrase fits."""
     tokens = [_SYNONYMS.get(token, token) for token in phrase.lower().split()]
     if not tokens:
         return frozenset()
@@ -80,7 +80,7 @@ def _matching_ids(phrase: str, states: Sequence[ObjectState], table: Table) -> f
 
 
 def _mask(state: ObjectState, camera: PinholeCamera, camera_in_base: FloatArray) -> Mask:
-    """Return the silhouette, as if nothing stood before the thing."""
+    """Return the silhouette, as if nothing stood before the object."""
     picture = np.zeros((camera.height, camera.width), np.uint8)
     to_camera = invert(camera_in_base) @ state.pose
     for part in model(state.kind, state.colour).parts:

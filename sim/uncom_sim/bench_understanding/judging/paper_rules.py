@@ -2,7 +2,7 @@
 """The paper's rules as published, as another way to decide on the same words, hands and detections.
 
 One frame at the end of each phrase, or one up to 0.03 s away (section III-D); landmarks 5 to 8 of the hand whose
-fingertip is nearest in z (III-E); of several things the one whose box centre is nearest to the infinite line through
+fingertip is nearest in z (III-E); of several objects the one whose box centre is nearest to the infinite line through
 the finger; places are the centres of Voronoi cells of uniform random seeds on the box of the table, of which those
 with an object or the reference in them are taken (III-F). What it says of no case is decided in the plainest way.
 """
@@ -120,7 +120,7 @@ def _choose_object(
     *,
     options: PaperRuleOptions = PAPER_RULES,
 ) -> Detection | None:
-    """Return the thing that a phrase names; of several, the one nearest to the line."""
+    """Return the object that a phrase names; of several, the one nearest to the line."""
     wanted = phrase or (
         OBJECTS if is_bare(reference) else detector_phrase(reference, resolve_antecedent(evidence.command))
     )

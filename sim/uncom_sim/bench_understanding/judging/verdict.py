@@ -25,7 +25,7 @@ _SAME_RELATION = {"next_to": ("next_to", "near"), "in": ("in",), "on": ("on",)}
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What came out: ids of the things that were chosen, the place, and which parts of it are right."""
+    """What came out: ids of the objects that were chosen, the place, and which parts of it are right."""
 
     status: str
     reason: str
@@ -92,7 +92,7 @@ def judge(
 def matched_object_id(
     detection: Detection | None, states: Sequence[ObjectState], *, options: VerdictOptions = VERDICTS
 ) -> str | None:
-    """Return the id of the true thing that a detection is, or None."""
+    """Return the id of the true object that a detection is, or None."""
     if detection is None or detection.geometry is None:
         return None
     x, y = (float(value) for value in detection.geometry.centroid[:2])
@@ -124,7 +124,7 @@ def _judge_target(
 def place_fits(
     meaning: Meaning, states: Sequence[ObjectState], place: Point2, table: Table, *, options: VerdictOptions = VERDICTS
 ) -> tuple[bool, str]:
-    """Whether a place is in the region that is meant, free of other things, and big enough; the text says why not."""
+    """Whether a place is in the region that is meant, free of other objects, and big enough; the text says why not."""
     by_id = {state.id: state for state in states}
     obj = scene_object_of(by_id[meaning.object])
     shape = outline(replace(obj, x=place[0], y=place[1]))
@@ -155,7 +155,7 @@ def _judge_beside(shape: shapely.Polygon, place: Point2, target: ObjectState, re
 
 
 def scene_object_of(state: ObjectState) -> SceneObject:
-    """Return a thing as it stands now, as a scene has it."""
+    """Return an object as it stands now, as a scene has it."""
     yaw = float(np.arctan2(state.pose[1, 0], state.pose[0, 0]))
     x, y = (float(value) for value in state.position[:2])
     return SceneObject(state.id, state.kind, state.colour, x, y, yaw)

@@ -65,7 +65,7 @@ def _variant(outcomes: Sequence[Outcome], name: str) -> dict[str, Any]:
 def _checks(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """Return what the score falls to when words or hands are not the take's own.
 
-    Sentences are swapped within a scenario; by chance, a sentence of another take speaks of the same things in the
+    Sentences are swapped within a scenario; by chance, a sentence of another take speaks of the same objects in the
     same way. Deictic takes cannot be told without the hand.
     """
     swapped = [one for one in outcomes if "swapped_words" in one.variants]

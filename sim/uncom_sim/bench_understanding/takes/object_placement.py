@@ -31,7 +31,7 @@ def arrange_objects(
     *,
     options: ObjectPlacementOptions = OBJECT_PLACEMENT,
 ) -> tuple[tuple[SceneObject, ...], Point2 | None] | None:
-    """Place things on the table; the other value is the free place that is meant, for the relation "area".
+    """Place objects on the table; the other value is the free place that is meant, for the relation "area".
 
     None if no arrangement was found in which everything is seen, apart, and what is asked for can be done.
     """
@@ -65,7 +65,7 @@ def place_additional(
     *,
     options: ObjectPlacementOptions = OBJECT_PLACEMENT,
 ) -> tuple[SceneObject, ...] | None:
-    """Return a scene's things with more of them in free places, out of the way of what is asked for; None: no room."""
+    """Return a scene's objects with more of them in free places, out of the way of what is asked for; None: no room."""
     meant = scene.meaning
     for _ in range(options.tries):
         placed = list(scene.objects)
@@ -94,7 +94,7 @@ def place_additional(
 def _placement_range(
     name: str, relation: str, *, options: ObjectPlacementOptions = OBJECT_PLACEMENT
 ) -> tuple[Point2, Point2]:
-    """Return the ranges of x and y [m] for a thing; a target leaves room on the side where something is to go."""
+    """Return the ranges of x and y [m] for an object; a target leaves room on the side where something is to go."""
     if name == "target" and relation in _TARGETS:
         return _TARGETS[relation]
     if name in ("object", "target"):
@@ -123,7 +123,7 @@ def _place(
 
 
 def radius_of(obj: SceneObject) -> float:
-    """Return the radius [m] of the circle about a thing's body frame that covers its outline."""
+    """Return the radius [m] of the circle about an object's body frame that covers its outline."""
     corners = np.asarray(outline(obj).exterior.coords) - (obj.x, obj.y)
     return float(np.linalg.norm(corners, axis=1).max())
 
@@ -155,7 +155,7 @@ def _has_room_beside(
     *,
     options: ObjectPlacementOptions = OBJECT_PLACEMENT,
 ) -> bool:
-    """Whether a thing fits beside another one, in the direction that is meant."""
+    """Whether an object fits beside another one, in the direction that is meant."""
     table = Table()
     radius = min(radius_of(obj), options.largest_radius_m)
     others = [outline(other) for other in placed if other.id not in (obj.id, target.id)]
@@ -174,6 +174,6 @@ def _has_room_beside(
 
 
 def _extent(shape: shapely.Polygon, target: SceneObject, way: Point2) -> float:
-    """Return how far a thing extends from its body frame in a direction [m]."""
+    """Return how far an object extends from its body frame in a direction [m]."""
     corners = np.asarray(shape.exterior.coords) - (target.x, target.y)
     return float((corners @ np.asarray(way)).max())

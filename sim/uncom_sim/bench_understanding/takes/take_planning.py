@@ -75,7 +75,7 @@ def plan_take(
     """Plan one take; it depends on nothing but the scenario, the number and the seed.
 
     Raises:
-        SceneError: the things of the scenario find no room.
+        SceneError: the objects of the scenario find no room.
     """
     rng = np.random.default_rng([seed, scenario.id, index, 11])
     relation = str(_first_or_drawn(tuple(scenario.relations), index, rng))
@@ -113,7 +113,7 @@ def plan_take(
 
 
 def with_bystanders(plan: TakePlan, count: int) -> TakePlan | None:
-    """Return a take with so many further things of kinds that its words do not name; None without room for them."""
+    """Return a take with so many further objects of kinds that its words do not name; None without room for them."""
     rng = np.random.default_rng([plan.world_seed, 21])
     taken = {obj.kind for obj in plan.scene.objects}
     vague = not any(kind.split()[-1] in plan.scene.say for kind in _VESSELS)  # "this thing" may be any vessel

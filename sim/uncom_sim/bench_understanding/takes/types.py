@@ -17,7 +17,7 @@ SUBJECTS = ("object", "object_distractors", "target", "target_distractors", "clu
 
 @dataclass(frozen=True, slots=True)
 class Rivals:
-    """Things that could be taken for the one that is meant: "same" kind, "fruit", "vessel" or "any"; how many."""
+    """Objects that could be taken for the one that is meant: "same" kind, "fruit", "vessel" or "any"; how many."""
 
     kind: str
     fewest: int

@@ -205,7 +205,7 @@ def sim_state_to_msg(
 
 
 def object_states_from_msg(msg: SimState) -> tuple[ObjectState, ...]:
-    """Read where the things are."""
+    """Read where the objects are."""
     return tuple(
         ObjectState(obj.id, obj.kind, obj.colour, matrix_from_pose_msg(obj.pose), vector_from_msg(obj.size))
         for obj in msg.objects
