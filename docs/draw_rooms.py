@@ -16,8 +16,11 @@ import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
 PICTURE = ROOT / "docs" / "rooms.svg"
-WIDTH, ROW, GAP, TOP = 190, 24, 18, 60  # [px]
-RULE = "A room imports only rooms below it, a package only packages to its left."
+WIDTH, ROW, GAP, TOP = 205, 24, 14, 60  # [px]
+RULE = (
+    "A room imports only rooms below it, a package only packages to its left; the commands of uncom_bringup "
+    "start the simulator."
+)
 COLOURS = ("#e8eef7", "#e6f2ea", "#f6efe0", "#f4e6ea", "#ece6f4", "#e4f1f3", "#eeeeee")
 
 
