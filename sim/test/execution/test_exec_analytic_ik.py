@@ -11,12 +11,12 @@ from uncom_tiago_exec.types import SIDES
 @pytest.mark.parametrize("side", SIDES)
 def test_every_posture_reaches_the_pose_and_the_one_it_came_from_is_there(side):
     group = robot().group(side, start_positions())
-    closed = AnalyticIk(group.model, group.tool)
+    solver = AnalyticIk(group.model, group.tool)
     rng = np.random.default_rng(7)
     for _ in range(40):
         q = rng.uniform(group.lower, group.upper)
         target = group.forward(q)
-        found = closed.postures(target, q[:1], q[1:2])[:, :, 0].T
+        found = solver.postures(target, q[:1], q[1:2])[:, :, 0].T
         found = found[np.isfinite(found).all(axis=1)]
         assert all(np.abs(group.forward(p) - target).max() < 1e-9 for p in found)
         turns = np.abs((found - q + np.pi) % (2.0 * np.pi) - np.pi).max(axis=1)

@@ -11,7 +11,6 @@ sides is checked in the same manner (adaptive bisection: Schwarzer, Saha and Lat
 from __future__ import annotations
 
 import copy
-import logging
 from bisect import bisect_left, bisect_right
 from collections import deque
 from dataclasses import dataclass, field
@@ -35,7 +34,6 @@ from uncom_tiago_exec.collision.options import (
 from uncom_tiago_exec.robot.arm_group import ArmGroup
 from uncom_tiago_exec.types import Attachment, FloatArray, Obstacle
 
-_LOG = logging.getLogger(__name__)
 HELD = "held"
 
 
@@ -121,13 +119,9 @@ class CollisionChecker:
         self._pairs = [(i, j) for i, j, _ in chosen]
         self._margins = [margin for _, _, margin in chosen]
         self._meshes: MeshChecker | None = None
+        required = convex_checker_margins(group, self._margins)
         self._convex = ConvexChecker(
-            group.covers,
-            self._added,
-            self._pairs,
-            convex_checker_margins(group, self._margins),
-            len(group.body_pairs),
-            options=convex_options,
+            group.covers, self._added, self._pairs, required, len(group.body_pairs), options=convex_options
         )
 
     def constrained(self, constraint: StateConstraint) -> Self:
