@@ -43,8 +43,8 @@ def test_without_any_option_the_given_error_is_raised():
         Alternatives([], even, error=NONE).first()
 
 
-def test_what_is_passed_over_is_a_failure_but_not_the_one_that_is_told():
-    halves = Alternatives([3, -1], even, error=NONE, passed_over=(UnreachableError,))
+def test_an_uninformative_failure_is_a_failure_but_not_the_one_that_is_told():
+    halves = Alternatives([3, -1], even, error=NONE, uninformative=(UnreachableError,))
     with pytest.raises(PlanningError, match="3 is odd"):
         halves.first()
     assert [option for option, _ in halves.failures] == [3, -1]

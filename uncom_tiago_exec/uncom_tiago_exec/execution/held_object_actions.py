@@ -15,7 +15,7 @@ from uncom_tiago_exec.execution.task_actions import ExecutionParts
 from uncom_tiago_exec.execution.task_planner import middle_places_in_odom
 from uncom_tiago_exec.observation.detection_geometry import footprint_centre
 from uncom_tiago_exec.observation.robot_segmentation import robot_boxes, task_with_held_object, without_detections
-from uncom_tiago_exec.planning.alternatives import NOT_SO
+from uncom_tiago_exec.planning.alternatives import RECOVERABLE
 from uncom_tiago_exec.planning.plan import MoveStep, Plan
 from uncom_tiago_exec.scene.base_frame import task_in_base
 from uncom_tiago_exec.skills.relay_via_middle import to_middle
@@ -176,7 +176,7 @@ class HeldObjectActions:
 
     def may_work_elsewhere(self) -> bool:
         """Tell whether the failure is one of reach or room, and the object still in the hand."""
-        return isinstance(self.state.failure, NOT_SO) and self.is_holding()
+        return isinstance(self.state.failure, RECOVERABLE) and self.is_holding()
 
     def finds_drive(self) -> bool:
         """Find how far to drive so that what is held can be set down."""

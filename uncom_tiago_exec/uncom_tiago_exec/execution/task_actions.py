@@ -21,7 +21,7 @@ from uncom_tiago_exec.execution.recovery import is_away_from_home
 from uncom_tiago_exec.execution.robot_interface import RobotInterface
 from uncom_tiago_exec.execution.scene_observer import SceneObserver
 from uncom_tiago_exec.execution.task_planner import TaskPlanner
-from uncom_tiago_exec.planning.alternatives import NOT_SO
+from uncom_tiago_exec.planning.alternatives import RECOVERABLE
 from uncom_tiago_exec.planning.plan import Plan
 from uncom_tiago_exec.robot.robot_model import RobotModel
 from uncom_tiago_exec.skills.skill import ObjectEnd
@@ -106,7 +106,7 @@ class TaskActions:
     def may_work_elsewhere(self) -> bool:
         """Tell whether the failure is one of reach or room, with an empty hand and the arm at home."""
         state, parts = self.state, self.parts
-        if not isinstance(state.failure, NOT_SO) or parts.executor.in_hand:
+        if not isinstance(state.failure, RECOVERABLE) or parts.executor.in_hand:
             return False
         if parts.is_astray(None if state.under_way is None else state.under_way.plan):
             return False

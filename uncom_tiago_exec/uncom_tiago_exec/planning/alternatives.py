@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Alternatives that are tried one after the other, as data: what was tried, what it cost, and why it failed.
+"""Alternatives that are tried one after the other, with a record of what was tried, what it cost, and why it failed.
 
 The containers of MoveIt Task Constructor (Goerner et al. 2019) in one class: its Fallbacks is `first`, which takes the
 first alternative that succeeds; its Alternatives is iterating, which yields one result after the other until enough
@@ -20,8 +20,8 @@ OptionT = TypeVar("OptionT")
 ResultT = TypeVar("ResultT")
 ErrorTypes = tuple[type[ExecutionError], ...]
 
-BLOCKED: ErrorTypes = (InCollisionError, PlanningError)  # the pose can be reached, but not so
-NOT_SO: ErrorTypes = (UnreachableError, *BLOCKED)  # another pose or another path may do
+BLOCKED: ErrorTypes = (InCollisionError, PlanningError)  # the pose is within reach, but not on this path
+RECOVERABLE: ErrorTypes = (UnreachableError, *BLOCKED)  # another pose or another path may succeed
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class Attempt:
     """One alternative of a stage that was tried.
 
     Attributes:
-        stage: what was looked for.
+        stage: name of what was searched for.
         name: of the alternative.
         cost_s: processor time that it took [s].
         failure: why it failed; empty if it succeeded.
@@ -43,7 +43,7 @@ class Attempt:
 
 @dataclass(slots=True)
 class AttemptLog:
-    """All attempts of one planning, in the order of their ends."""
+    """All attempts of one planning request, in the order in which they ended."""
 
     attempts: list[Attempt] = field(default_factory=list)
 
@@ -54,7 +54,7 @@ class Record(Generic[OptionT]):
 
     Attributes:
         log: that they are appended to.
-        stage: what is looked for.
+        stage: name of what is searched for.
         name: returns the name of an alternative.
         reason: returns the reason of a failure.
     """
@@ -70,7 +70,7 @@ class Alternatives(Generic[OptionT, ResultT]):
 
     Attributes:
         failures: options that failed, each with its error.
-        error: the last failure that tells something, or what was given as error.
+        error: the last informative failure; before there is one, the error given to the constructor.
     """
 
     def __init__(
@@ -79,34 +79,34 @@ class Alternatives(Generic[OptionT, ResultT]):
         attempt: Callable[[OptionT], ResultT],
         *,
         error: ExecutionError,
-        recoverable: ErrorTypes = NOT_SO,
-        passed_over: ErrorTypes = (),
+        recoverable: ErrorTypes = RECOVERABLE,
+        uninformative: ErrorTypes = (),
         deadline_s: float = float("inf"),
         record: Record[OptionT] | None = None,
     ) -> None:
-        """Take the options and what tries one of them; nothing is tried yet.
+        """Prepare to try options; nothing is tried yet.
 
         Args:
             options: in the order in which they are tried; drawn one at a time.
             attempt: tries an option; it returns its result or raises.
             error: what `first` raises if no option leaves an error.
             recoverable: errors after which the next option is tried; others are raised at once.
-            passed_over: recoverable errors that tell nothing: they do not become `error`.
-            deadline_s: processor time of this thread after which no further option is tried [s]; a busy machine gets
-                the same search.
+            uninformative: recoverable errors that say nothing of use to a person: they do not become `error`.
+            deadline_s: processor time of this thread [s] after which no further option is tried; not wall time, so
+                that a busy machine gets the same search.
             record: where attempts are recorded, if they are.
         """
         self._options = iter(options)
         self._attempt = attempt
         self._recoverable = recoverable
-        self._passed_over = passed_over
+        self._uninformative = uninformative
         self._deadline_s = deadline_s
         self._record = record
         self.failures: list[tuple[OptionT, ExecutionError]] = []
         self.error = error
 
     def __iter__(self) -> Iterator[ResultT]:
-        """Return itself: each option is tried once, however often iteration is begun."""
+        """Return itself: each option is tried once, even if iteration begins anew."""
         return self
 
     def __next__(self) -> ResultT:
@@ -118,12 +118,12 @@ class Alternatives(Generic[OptionT, ResultT]):
             try:
                 result = self._attempt(option)
             except self._recoverable as error:
-                self._note(option, began_s, error)
+                self._record_attempt(option, began_s, error)
                 self.failures.append((option, error.with_traceback(None)))  # its frames hold scenes and checkers
-                if not isinstance(error, self._passed_over):
+                if not isinstance(error, self._uninformative):
                     self.error = error
             else:
-                self._note(option, began_s, None)
+                self._record_attempt(option, began_s, None)
                 return result
         raise StopIteration
 
@@ -131,13 +131,14 @@ class Alternatives(Generic[OptionT, ResultT]):
         """Return the result of the first option that succeeds.
 
         Raises:
-            ExecutionError: none does; it is the last failure that tells something.
+            ExecutionError: none does; it is the last informative failure.
         """
         for result in self:
             return result
         raise self.error
 
-    def _note(self, option: OptionT, began_s: float, error: ExecutionError | None) -> None:
+    def _record_attempt(self, option: OptionT, began_s: float, error: ExecutionError | None) -> None:
+        """Append an attempt that began at a processor time [s] to the log; error None is a success."""
         record = self._record
         if record is not None:
             failure = "" if error is None else record.reason(error)
@@ -146,7 +147,7 @@ class Alternatives(Generic[OptionT, ResultT]):
 
 
 def attempts_as_data(attempts: Iterable[Attempt]) -> list[dict[str, object]]:
-    """Sum up attempts stage by stage: how many, their cost [s], reasons of failure with counts, what succeeded."""
+    """Summarise attempts by stage: their number, cost [s], failures with counts, and the names that succeeded."""
     stages: dict[str, list[Attempt]] = {}
     for attempt in attempts:
         stages.setdefault(attempt.stage, []).append(attempt)
@@ -154,9 +155,9 @@ def attempts_as_data(attempts: Iterable[Attempt]) -> list[dict[str, object]]:
         {
             "stage": stage,
             "tried": len(tried),
-            "cost_s": round(sum(one.cost_s for one in tried), 4),
-            "failures": dict(Counter(one.failure for one in tried if one.failure).most_common()),
-            "succeeded": [one.name for one in tried if not one.failure],
+            "cost_s": round(sum(attempt.cost_s for attempt in tried), 4),
+            "failures": dict(Counter(attempt.failure for attempt in tried if attempt.failure).most_common()),
+            "succeeded": [attempt.name for attempt in tried if not attempt.failure],
         }
         for stage, tried in stages.items()
     ]

@@ -177,7 +177,7 @@ class ArmPlanner:
         """Time a path that a checked motion has gone, or was to go, with corners as sharp as can be."""
         return time_path(self.group.joint_names, path, self.limits.scaled(pace), radius=0.01)
 
-    def lift_height(self, checker: CollisionChecker, q: FloatArray, heights: Sequence[float]) -> FloatArray:
+    def lift_path(self, checker: CollisionChecker, q: FloatArray, heights: Sequence[float]) -> FloatArray:
         """Return the straight way up from q, as high as one of `heights` [m] allows, highest first."""
 
         def rise(height: float) -> FloatArray:

@@ -96,7 +96,7 @@ def _reach(arm: ArmPlanner, grasp: Grasp, goal: Destination | None, effort: int)
 
     def reach(q: FloatArray) -> Reach:
         approach = arm.straight(reaching, q, -grasp.retreat * grasp.approach)[::-1]
-        lift = arm.lift_height(arm.carrying(grasp, TABLE_ONLY), q, _lift_heights(arm, goal))
+        lift = arm.lift_path(arm.carrying(grasp, TABLE_ONLY), q, _lift_heights(arm, goal))
         taken = Reach(arm, grasp, approach, lift)
         found = taken if goal is None else let_go(arm, grasp, goal, taken, effort)
         arm.last_reaching = q

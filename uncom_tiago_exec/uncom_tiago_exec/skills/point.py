@@ -62,7 +62,7 @@ def pointing(request: PlanRequest) -> tuple[ArmPlanner, FloatArray]:
         reach,
         error=UnreachableError("my hand does not get near enough to point at that"),
         recoverable=(UnreachableError, InCollisionError),
-        passed_over=(UnreachableError,),
+        uninformative=(UnreachableError,),
         record=Record(request.log, "pointing", lambda option: option[0].side),
     ).first()
 

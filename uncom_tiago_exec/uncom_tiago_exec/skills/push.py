@@ -136,7 +136,7 @@ def _pushes_of(
         _hands(arm, request.scene, way / length, length),
         lambda hands: _push(arm, *hands, way),
         error=error,
-        passed_over=(UnreachableError,),
+        uninformative=(UnreachableError,),
         record=Record(request.log, "push", lambda _: arm.side),
     )
 
@@ -193,7 +193,7 @@ def _push(arm: ArmPlanner, start: FloatArray, end: FloatArray, way: FloatArray) 
     touch = (end - start)[:3, 3] * (PUSH.before_m / np.linalg.norm((end - start)[:3, 3]))
 
     def push_from(q: FloatArray) -> Push:
-        down = arm.lift_height(behind, q, PUSH.heights_m)[::-1]
+        down = arm.lift_path(behind, q, PUSH.heights_m)[::-1]
         arm.straight(behind, q, touch)
         along = arm.straight(pushing, q, end[:3, 3] - start[:3, 3])
         return Push(arm, down, along, _out(arm, along[-1], way), motion, gap)
@@ -213,9 +213,9 @@ def _out(arm: ArmPlanner, q: FloatArray, way: FloatArray) -> FloatArray:
 
     def leave(distance: float) -> FloatArray:
         if distance == 0.0:
-            return arm.lift_height(pushing, q, ups)
+            return arm.lift_path(pushing, q, ups)
         away = arm.straight(pushing, q, distance * back)
-        return np.vstack([away, arm.lift_height(pushing, away[-1], ups)[1:]])
+        return np.vstack([away, arm.lift_path(pushing, away[-1], ups)[1:]])
 
     error = PlanningError("no way back from what was pushed")
     return Alternatives((*PUSH.back_m, 0.0), leave, error=error, recoverable=BLOCKED).first()

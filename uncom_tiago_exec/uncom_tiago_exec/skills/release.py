@@ -23,16 +23,16 @@ def let_go(arm: ArmPlanner, grasp: Grasp, goal: Destination, taken: Reach, effor
 
     def reach(place: Place) -> Reach:
         q = arm.solver.solutions(place.hand, [taken.lift[-1], arm.start], carrying, restarts=effort)[0]
-        lower = arm.lift_height(carrying, q, RELEASE.heights_m)[::-1]
+        lower = arm.lift_path(carrying, q, RELEASE.heights_m)[::-1]
         over, lower = straight_transfer(arm, grasp, taken.lift[-1], carrying, lower)
         return replace(taken, place=place, lower=lower, over=over, release_gap=gap)
 
     options = place_candidates(goal, arm.scene.moved, grasp, arm.group.gripper, coarse=effort == 0)
     out_of_reach = (UnreachableError,)
-    reached = Alternatives(options, reach, error=UnreachableError("place"), passed_over=out_of_reach)
+    reached = Alternatives(options, reach, error=UnreachableError("place"), uninformative=out_of_reach)
     while few := _next_few(reached):
         quickest_first = sorted(few, key=Reach.hop)  # ways out are looked at last: each needs a scene anew
-        left = Alternatives(quickest_first, _left, error=reached.error, passed_over=out_of_reach)
+        left = Alternatives(quickest_first, _left, error=reached.error, uninformative=out_of_reach)
         for found in left:
             return found
         reached.error = left.error
