@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from uncom_common.exceptions import InvalidConfigError
 from uncom_common.parameters import check_parameters, parameter
 
+from uncom_tiago_exec.collision.options import MARGINS
+from uncom_tiago_exec.trajectory.options import TIMING
+
 POSITIVE = (
     "arm_acceleration",
     "torso_acceleration",
@@ -27,8 +30,8 @@ class ExecutionConfig:
     speed: float = parameter(0.8, "pace of all motions, share of the joints' top speed", minimum=0.05, maximum=1.0)
     arm_acceleration: float = parameter(3.0, "limit of the arm joints [rad/s^2]")
     torso_acceleration: float = parameter(0.25, "limit of the torso [m/s^2]")
-    jerk_ratio: float = parameter(12.0, "jerk limit as a multiple of acceleration [1/s]")
-    scene_margin: float = parameter(0.01, "least distance of the arm to things [m]", minimum=0.0, maximum=0.1)
+    jerk_ratio: float = parameter(TIMING.jerk_ratio, "jerk limit as a multiple of acceleration [1/s]")
+    scene_margin: float = parameter(MARGINS.scene, "least distance of the arm to things [m]", minimum=0.0, maximum=0.1)
     finger_margin: float = parameter(0.003, "least distance of fingers to the table [m]", minimum=0.0, maximum=0.1)
     planning_time_s: float = parameter(2.0, "time to look for grasps and ways [s]")
     grasp_attempts: int = parameter(3, "grasps to try before giving up", minimum=1)

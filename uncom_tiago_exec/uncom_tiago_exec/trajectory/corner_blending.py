@@ -1,5 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rounds the corners of a polyline: straight pieces joined by parabolas, so that its direction is continuous."""
+r"""Replaces the corners of a polyline by parabolic blends, so that the direction of the path is continuous.
+
+A blend begins and ends at the distance r from the corner P. With the unit directions d1 and d2 before and after it,
+
+$$q(s) = P - r d_1 + s d_1 + \frac{s^2}{2} \frac{d_2 - d_1}{2 r}, \quad 0 \le s \le 2 r,$$
+
+which ends in $P + r d_2$ with the derivative $d_2$. The second derivative is constant, and the path cuts the corner by
+$r |d_2 - d_1| / 4$. These are the parabolic blends of textbook trajectories (Craig, Introduction to Robotics), applied
+to the geometric path as the circular blends of Kunz and Stilman (2012) are.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +22,14 @@ from uncom_tiago_exec.types import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class PathGrid:
-    """A path sampled on intervals of its parameter s on which the second derivative is constant.
+    """A path on intervals of its parameter s, in each of which the second derivative is constant.
 
-    s (N,), q (N, J); first derivative at the start and at the end of each interval (N-1, J), second (N-1, J).
+    Attributes:
+        s: values of the parameter (N,), the ends of the intervals.
+        q: joint positions there (N, J).
+        first_start: derivative by s at the start of each interval (N - 1, J).
+        first_end: derivative by s at the end of each interval (N - 1, J).
+        second: second derivative by s in each interval (N - 1, J).
     """
 
     s: FloatArray
@@ -25,13 +39,31 @@ class PathGrid:
     second: FloatArray
 
 
-def blend(waypoints: FloatArray, scale: FloatArray, radius: float = 0.25, step: float = 0.04) -> PathGrid:
-    """Blend waypoints (N, J), N >= 2, with parabolas of at most `radius` on both sides of each corner.
+@dataclass(frozen=True, slots=True)
+class _Piece:
+    """A straight or parabolic piece of path: length, and at its start (J,) position, first and second derivative."""
 
-    Lengths are measured in joint coordinates divided by `scale` (J,); `step` is the spacing of the grid.
-    A blend never takes more than half of a segment, so that start and end stay where they are.
+    length: float
+    start: FloatArray
+    first: FloatArray
+    second: FloatArray
+
+
+def blend_corners(
+    waypoints: FloatArray, scale: FloatArray, radius: float | None = None, *, options: TimingOptions = TIMING
+) -> PathGrid:
+    """Return the path through waypoints with blended corners, on a grid.
+
+    A blend never takes more than half of a segment, so that start and end of the path stay where they are.
+
+    Args:
+        waypoints: joint positions (N, J), N >= 2.
+        scale: by which joint coordinates are divided to measure lengths (J,).
+        radius: greatest length of a blend on either side of a corner; that of the options if None.
+        options: numbers that tune it.
     """
-    points = _without_repeats(np.asarray(waypoints, dtype=float), scale)
+    radius = options.corner_radius if radius is None else radius
+    points = _without_repeats(np.asarray(waypoints, dtype=float), scale, options=options)
     if len(points) <= 1:
         zero = np.zeros((0, points.shape[1]))
         return PathGrid(np.zeros(1), points[:1], zero, zero, zero)
@@ -39,46 +71,41 @@ def blend(waypoints: FloatArray, scale: FloatArray, radius: float = 0.25, step: 
     lengths = np.linalg.norm(delta / scale, axis=1)
     directions = delta / lengths[:, None]
     cuts = np.zeros(len(points))
-    cuts[1:-1] = np.minimum(radius, 0.499 * np.minimum(lengths[:-1], lengths[1:]))
-    pieces: list[tuple[float, FloatArray, FloatArray, FloatArray]] = []  # length, start, first, second
+    cuts[1:-1] = np.minimum(radius, options.corner_share * np.minimum(lengths[:-1], lengths[1:]))
+    pieces: list[_Piece] = []
     for i, direction in enumerate(directions):
         straight = lengths[i] - cuts[i] - cuts[i + 1]
-        pieces.append((straight, points[i] + cuts[i] * direction, direction, np.zeros_like(direction)))
+        pieces.append(_Piece(straight, points[i] + cuts[i] * direction, direction, np.zeros_like(direction)))
         if i + 1 < len(directions):
             corner, after = points[i + 1], directions[i + 1]
-            bend = (after - direction) / (2.0 * cuts[i + 1])
-            pieces.append((2.0 * cuts[i + 1], corner - cuts[i + 1] * direction, direction, bend))
-    return _grid(pieces, points[-1], step)
+            curvature = (after - direction) / (2.0 * cuts[i + 1])
+            start = corner - cuts[i + 1] * direction
+            pieces.append(_Piece(2.0 * cuts[i + 1], start, direction, curvature))
+    return _grid_of(pieces, points[-1], options=options)
 
 
 def _without_repeats(points: FloatArray, scale: FloatArray, *, options: TimingOptions = TIMING) -> FloatArray:
-    """Return the points (N, J) without those that repeat the one before; lengths in joint coordinates over `scale`."""
+    """Return points (N, J) without those that repeat the one before; lengths are divided by `scale` (J,)."""
     keep = np.r_[True, np.linalg.norm(np.diff(points, axis=0) / scale, axis=1) > options.repeat_length]
     return points[keep]
 
 
-def _grid(
-    pieces: list[tuple[float, FloatArray, FloatArray, FloatArray]],
-    last: FloatArray,
-    step: float,
-    *,
-    options: TimingOptions = TIMING,
-) -> PathGrid:
-    """Return the grid of the pieces (length, start, first and second derivative) that end at `last` (J,)."""
+def _grid_of(pieces: list[_Piece], last: FloatArray, *, options: TimingOptions = TIMING) -> PathGrid:
+    """Return the grid of successive pieces that end at `last` (J,)."""
     s, q, first_start, first_end, second = [], [], [], [], []
     offset = 0.0
-    for length, start, first, bend in pieces:
-        if length < options.empty_length:
+    for piece in pieces:
+        if piece.length < options.empty_length:
             continue
-        count = max(2, int(np.ceil(length / step)))
-        edges = np.linspace(0.0, length, count + 1)
+        count = max(2, int(np.ceil(piece.length / options.grid_step)))
+        edges = np.linspace(0.0, piece.length, count + 1)
         begin, end = edges[:-1, None], edges[1:, None]
         s.append(offset + edges[:-1])
-        q.append(start + first * begin + 0.5 * bend * begin**2)
-        first_start.append(first + bend * begin)
-        first_end.append(first + bend * end)
-        second.append(np.broadcast_to(bend, (count, len(bend))))
-        offset += length
+        q.append(piece.start + piece.first * begin + 0.5 * piece.second * begin**2)
+        first_start.append(piece.first + piece.second * begin)
+        first_end.append(piece.first + piece.second * end)
+        second.append(np.broadcast_to(piece.second, (count, len(piece.second))))
+        offset += piece.length
     return PathGrid(
         np.concatenate([*s, [offset]]),
         np.vstack([*q, last[None]]),
