@@ -16,7 +16,8 @@ from uncom_tiago_exec.collision.collision_checker import CollisionChecker, densi
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.exceptions import ExecutionError
 from uncom_tiago_exec.kinematics.ik_solver import IkSolver
-from uncom_tiago_exec.planning.joint_planner import JointPlanner, PlannerOptions
+from uncom_tiago_exec.planning.joint_planner import JointPlanner
+from uncom_tiago_exec.planning.options import PlannerOptions
 from uncom_tiago_exec.planning.plan import MoveStep, Plan
 from uncom_tiago_exec.robot.arm_group import ArmGroup
 from uncom_tiago_exec.robot.robot_model import RobotModel

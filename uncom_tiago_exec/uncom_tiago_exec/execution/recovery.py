@@ -248,4 +248,4 @@ class _WayHome:
         forward, back = last.positions[nearest:], last.positions[: nearest + 1][::-1]
         for rest in (forward, back) if self._left.forward_first else (back, forward):
             if float(np.abs(rest[-1] - here).max()) > self._options.no_motion:
-                yield self.arm.along(np.vstack([here, rest[1:]]), self._options.pace)
+                yield self.arm.timed_unchecked(np.vstack([here, rest[1:]]), self._options.pace)

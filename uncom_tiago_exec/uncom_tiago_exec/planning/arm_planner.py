@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One arm in one scene: its checkers for each phase of a manipulation, and single motions planned with them."""
+"""One arm in one scene: collision checkers for each phase of a manipulation, and single motions planned with them."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from uncom_tiago_exec.grasping.grasps import Grasp
 from uncom_tiago_exec.kinematics.cartesian_path import straight_path
 from uncom_tiago_exec.kinematics.ik_solver import IkSolver
 from uncom_tiago_exec.planning.alternatives import BLOCKED, Alternatives
-from uncom_tiago_exec.planning.joint_planner import JointPlanner, PlannerOptions
-from uncom_tiago_exec.planning.options import ARM_PLANNER, ArmPlannerOptions
+from uncom_tiago_exec.planning.joint_planner import JointPlanner
+from uncom_tiago_exec.planning.options import ARM_PLANNER, PLANNER, ArmPlannerOptions
 from uncom_tiago_exec.robot.arm_group import ArmGroup
 from uncom_tiago_exec.robot.joint_names import finger_joints
 from uncom_tiago_exec.robot.robot_model import RobotModel
@@ -26,9 +26,25 @@ from uncom_tiago_exec.scene.scene_model import SceneModel
 from uncom_tiago_exec.trajectory.time_parameterization import MotionLimits, time_path
 from uncom_tiago_exec.types import Attachment, FloatArray, Obstacle, Side, Trajectory
 
+TABLE_ONLY = frozenset({TABLE})
+
 
 class ArmPlanner:
-    """Plans for one side from given joint positions; everything else of the robot stays where it is."""
+    """Plans for torso and one arm from given joint positions; all other joints stay as they are.
+
+    Attributes:
+        side: of the arm.
+        scene: obstacles and the object to move, in base_footprint.
+        config: of the execution node.
+        group: torso and arm, with the fingers wide open.
+        start: joint vector (8,) that planning starts from.
+        start_gap: gap between the fingers there [m].
+        last_reaching: last configuration (8,) that reached a grasp, a seed for the next one; None before.
+        solver: inverse kinematics of the group.
+        margins: of motions near the object or the place.
+        free_margins: of free motions.
+        limits: velocity, acceleration and jerk of the motions.
+    """
 
     def __init__(
         self,
@@ -40,7 +56,7 @@ class ArmPlanner:
         *,
         options: ArmPlannerOptions = ARM_PLANNER,
     ) -> None:
-        """Plan with one arm; models and checkers are made when first used.
+        """Prepare to plan; models and checkers are made when they are first needed.
 
         Args:
             robot: model of the whole robot.
@@ -58,12 +74,12 @@ class ArmPlanner:
         self._positions = dict(positions)
         self._groups: dict[float, ArmGroup] = {}
         self._checkers: dict[tuple[float, str], CollisionChecker] = {}
-        self._carried: Grasp | None = None  # the grasp that the checkers below are of
+        self._carried: Grasp | None = None  # the grasp that the checkers below are made for
         self._carrying: dict[frozenset[str], CollisionChecker] = {}
         self.group = self._group(robot.gripper(side).open)
         self.start = self.group.vector(positions)
         self.start_gap = sum(positions.get(name, 0.0) for name in finger_joints(side))
-        self.last_reaching: FloatArray | None = None  # last configuration that reached a grasp
+        self.last_reaching: FloatArray | None = None
         self.solver = IkSolver(self.group, config.seed)
         self.margins = Margins(scene=config.scene_margin, fingers=config.finger_margin)
         self.free_margins = replace(self.margins, fingers=max(config.finger_margin, self._options.free_finger_margin_m))
@@ -72,44 +88,47 @@ class ArmPlanner:
         self.limits = MotionLimits(speed, acceleration, config.jerk_ratio)
 
     def _group(self, gap: float) -> ArmGroup:
-        """Return the group with fingers locked at a gap, rounded up."""
+        """Return the group with the fingers locked at a gap [m], rounded up to the next step."""
         key = float(np.ceil(gap / self._options.gap_step_m - 1e-6) * self._options.gap_step_m)
         if key not in self._groups:
-            fingers = {name: min(0.045, max(0.0, key / 2.0)) for name in finger_joints(self.side)}
+            fingers = {
+                name: min(self._options.finger_limit_m, max(0.0, key / 2.0)) for name in finger_joints(self.side)
+            }
             self._groups[key] = self._robot.group(self.side, {**self._positions, **fingers})
         return self._groups[key]
 
     def _checker(self, gap: float, kind: str, obstacles: tuple[Obstacle, ...], contacts: Contacts) -> CollisionChecker:
+        """Return the checker of a kind ("free", "reaching", "pushing") at a finger gap [m], made once."""
         group = self._group(gap)
         key = (round(gap / self._options.gap_step_m + 0.499), kind)
         if key not in self._checkers:
             margins = self.free_margins if kind == "free" else self.margins
-            self._checkers[key] = self._allowing_start(CollisionChecker(group, obstacles, margins, contacts))
+            self._checkers[key] = self._with_start_allowed(CollisionChecker(group, obstacles, margins, contacts))
         return self._checkers[key]
 
-    def _allowing_start(self, checker: CollisionChecker) -> CollisionChecker:
-        """Let the start pose be: tucked arms are nearer to the body than the margin."""
+    def _with_start_allowed(self, checker: CollisionChecker) -> CollisionChecker:
+        """Lower the margins of a checker at the start, and return it: tucked arms are nearer to the body."""
         home = self.group.clamp(self.start)
         if not checker.is_free(home):
             checker.lower_margins_at(home)
         return checker
 
     def free(self, gap: float) -> CollisionChecker:
-        """Check motions with empty hand through the scene as it is."""
+        """Return the checker of motions with the hand empty, at a finger gap [m], through the scene as it is."""
         return self._checker(gap, "free", self.scene.obstacles(with_moved=True), Contacts())
 
     def reaching(self, gap: float) -> CollisionChecker:
-        """Check the last straight way to the object, which fingers may touch."""
+        """Return the checker of the last straight motion to the object, which the fingers may touch."""
         contacts = Contacts(fingers=frozenset({self.scene.moved.name}))
         return self._checker(gap, "reaching", self.scene.obstacles(with_moved=True), contacts)
 
     def pushing(self, gap: float) -> CollisionChecker:
-        """Check the hand behind the object it pushes: the object itself gives way."""
+        """Return the checker of motions that push the object, which is no obstacle as it moves along."""
         return self._checker(gap, "pushing", self.scene.obstacles(with_moved=False), Contacts())
 
     def carrying(self, grasp: Grasp, touches: frozenset[str]) -> CollisionChecker:
-        """Check motions with the object in the hand, which may touch some solids."""
-        if self._carried is not grasp:  # held, so that no other grasp can be taken for it
+        """Return the checker of motions with the object in the hand, which may touch obstacles of some names."""
+        if self._carried is not grasp:  # by identity, which is safe as a reference to it is kept
             self._carried = grasp
             self._carrying.clear()
         if touches not in self._carrying:
@@ -120,71 +139,106 @@ class ArmPlanner:
         return self._carrying[touches]
 
     def attachment(self, grasp: Grasp) -> Attachment:
-        """Return the object's solids as they hang in the hand."""
+        """Return the solids of the object relative to the grasping frame."""
         return attach(self.scene.moved_solids, grasp.pose)
 
     def leaving(self, gap: float, motion: FloatArray, touches: frozenset[str]) -> CollisionChecker:
-        """Check motions with empty hand after the object was moved by `motion` (4, 4); fingers may touch solids."""
+        """Return the checker of motions with the hand empty after the object was moved.
+
+        Args:
+            gap: between the fingers [m].
+            motion: of the object in base_footprint (4, 4).
+            touches: names of obstacles that the fingers may touch.
+        """
         moved = tuple(Obstacle(s.name, s.shape, s.size, motion @ s.pose) for s in self.scene.moved_solids)
         obstacles = (*self.scene.obstacles(with_moved=False), *moved)
         margins = self.margins if touches else self.free_margins
-        return self._allowing_start(CollisionChecker(self._group(gap), obstacles, margins, Contacts(fingers=touches)))
+        return self._with_start_allowed(
+            CollisionChecker(self._group(gap), obstacles, margins, Contacts(fingers=touches))
+        )
 
     def turning_away(self, gap: float, motion: FloatArray) -> CollisionChecker:
-        """Check motions with empty hand after the object was pushed by `motion` (4, 4), in which it may have turned."""
-        thing = self.scene.moved
-        width = float(np.linalg.norm(thing.size[:2]))
+        """Return the checker of motions with the hand empty after the object was pushed and may have turned.
+
+        The object is enclosed by an upright cylinder.
+
+        Args:
+            gap: between the fingers [m].
+            motion: of the object in base_footprint (4, 4).
+        """
+        pushed = self.scene.moved
+        diameter = float(np.linalg.norm(pushed.size[:2]))
         pose = np.eye(4)
-        pose[:3, 3] = (motion @ np.append(thing.middle, 1.0))[:3]
-        pose[2, 3] = 0.5 * (thing.bottom + thing.top)
-        turned = Obstacle(thing.name, "cylinder", (width, width, thing.height), pose)
+        pose[:3, 3] = (motion @ np.append(pushed.middle, 1.0))[:3]
+        pose[2, 3] = 0.5 * (pushed.bottom + pushed.top)
+        turned = Obstacle(pushed.name, "cylinder", (diameter, diameter, pushed.height), pose)
         obstacles = (*self.scene.obstacles(with_moved=False), turned)
-        return self._allowing_start(CollisionChecker(self._group(gap), obstacles, self.free_margins, Contacts()))
+        return self._with_start_allowed(CollisionChecker(self._group(gap), obstacles, self.free_margins, Contacts()))
+
+    @property
+    def search_time_s(self) -> float:
+        """Processor time that the search of one path may take [s]."""
+        return self.config.planning_time_s * self._options.search_share
 
     def transit(self, checker: CollisionChecker, start: FloatArray, goals: Sequence[FloatArray]) -> FloatArray:
-        """Plan a free motion (N, 8); its ends may be nearer to objects than fingers keep on free ways.
+        """Return a free path (N, 8) from a start (8,) to one of the goals (8,).
+
+        Where start or goals do not keep the larger finger margin of free motions it is lowered to what they have.
 
         Raises:
-            InCollisionError, PlanningError: an end touches something, or there is no way.
+            InCollisionError: the start touches something.
+            PlanningError: no path was found in the time.
         """
         if checker.margins is self.free_margins:
             for end in (start, *goals):
                 if not checker.is_free(end):
                     checker.lower_margins_at(end)
-        options = PlannerOptions(time_s=self.config.planning_time_s / 2.0)
-        return JointPlanner(checker, options).plan(start, goals)
+        return JointPlanner(checker, replace(PLANNER, time_s=self.search_time_s)).plan(start, goals)
 
     def straight(self, checker: CollisionChecker, start: FloatArray, offset: FloatArray) -> FloatArray:
-        """Move the hand straight by an offset (3,) [m]."""
+        """Return the path (N, 8) of the hand straight from a start (8,) by an offset (3,) in base_footprint [m].
+
+        Raises:
+            PlanningError: the arm cannot follow the line.
+            InCollisionError: an obstacle is in the way.
+        """
         pose = self.group.forward(start)
         pose[:3, 3] += offset
         return straight_path(self.solver, checker, start, pose)
 
     def timed(self, path: FloatArray, checker: CollisionChecker, pace: float = 1.0) -> Trajectory:
-        """Time a path; where the rounded corners collide they are made tighter.
+        """Return the motion along a path, checked; where the blended corners collide they are made tighter.
+
+        Args:
+            path: waypoints (N, 8).
+            checker: the motion has to be free according to it.
+            pace: share of the usual speed.
 
         Raises:
-            PlanningError: even nearly sharp corners collide, which the path itself did not.
+            PlanningError: even nearly sharp corners collide, although the path itself does not.
         """
         limits = self.limits.scaled(pace)
-        for radius in (0.6, 0.25, 0.1, 0.03, 0.01):
+        for radius in self._options.corner_radii:
             trajectory = time_path(self.group.joint_names, path, limits, radius=radius)
             if checker.path_is_free(self.group.clamp(trajectory.positions[1:-1])):
                 return trajectory
         raise PlanningError("the motion cannot be smoothed without touching something")
 
-    def along(self, path: FloatArray, pace: float) -> Trajectory:
-        """Time a path that a checked motion has gone, or was to go, with corners as sharp as can be."""
-        return time_path(self.group.joint_names, path, self.limits.scaled(pace), radius=0.01)
+    def timed_unchecked(self, path: FloatArray, pace: float) -> Trajectory:
+        """Return the motion along a path (N, 8) that was checked before, with tight corners, at a pace."""
+        radius = self._options.corner_radii[-1]
+        return time_path(self.group.joint_names, path, self.limits.scaled(pace), radius=radius)
 
     def lift_path(self, checker: CollisionChecker, q: FloatArray, heights: Sequence[float]) -> FloatArray:
-        """Return the straight way up from q, as high as one of `heights` [m] allows, highest first."""
+        """Return the straight path (N, 8) up from q (8,) by the first of the heights [m] that is possible.
+
+        Raises:
+            PlanningError: the arm cannot follow the line by the last of them.
+            InCollisionError: an obstacle is in the way of the last of them.
+        """
 
         def rise(height: float) -> FloatArray:
             return self.straight(checker, q, np.array([0.0, 0.0, height]))
 
         error = PlanningError("no height to lift to was given")
         return Alternatives(heights, rise, error=error, recoverable=BLOCKED).first()
-
-
-TABLE_ONLY = frozenset({TABLE})

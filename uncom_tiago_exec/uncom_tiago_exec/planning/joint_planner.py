@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Collision-free joint paths with OMPL's RRT-Connect (Kuffner and LaValle 2000) and shortcuts."""
+"""Collision-free joint paths by RRT-Connect and shortcuts.
+
+The straight line to a goal is tried first. Otherwise OMPL's RRT-Connect (Kuffner and LaValle 2000) grows two random
+trees, from start and goal, towards one another, and the path is shortened: vertices that straight lines can pass over
+are removed, and random points of the path are connected directly.
+"""
 
 from __future__ import annotations
 
 import logging
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,58 +20,62 @@ import ompl.util as ou
 
 from uncom_tiago_exec.collision.collision_checker import CollisionChecker
 from uncom_tiago_exec.exceptions import InCollisionError, PlanningError
+from uncom_tiago_exec.planning.options import PLANNER, PlannerOptions
 from uncom_tiago_exec.types import FloatArray
 
 _LOG = logging.getLogger(__name__)
 ou.setLogLevel(ou.LogLevel.LOG_ERROR)
-ou.RNG.setSeed(1)  # OMPL's generators are seeded from a global one: a process plans the same way each time
-
-
-@dataclass(frozen=True, slots=True)
-class PlannerOptions:
-    """Budgets [s] and the resolution [rad, or m] of a search.
-
-    rounds: of shortcuts; each ends the sooner the less is gained. One is a light simplification, many a full one.
-    """
-
-    time_s: float = 1.0
-    rounds: int = 4
-    simplify_s: float = 0.5
-    resolution: float = 0.005
-    gain: float = 0.03  # share of its length by which a round must have shortened the path for another to follow
+ou.RNG.setSeed(1)  # seeds all generators of OMPL made later, so that a process plans repeatably
 
 
 class _SegmentValidator(ob.MotionValidator):
-    """Tells OMPL which straight ways are free: each is looked at as closely as the whole path would be."""
+    """Tells OMPL which straight lines between two states are free, by the checker's own test of segments."""
 
-    def __init__(self, information: Any, checker: CollisionChecker, resolution: float) -> None:
+    def __init__(self, information: Any, checker: CollisionChecker) -> None:
+        """Validate with a checker in the state space of OMPL's space information."""
         super().__init__(information)
-        self._checker, self._resolution = checker, resolution
+        self._checker = checker
         self._speed = checker.group.velocity
-        self._places = range(len(self._speed))
+        self._indices = range(len(self._speed))
 
     def checkMotion(self, first: Any, second: Any) -> bool:  # noqa: N802  (OMPL calls it so)
-        """Tell whether the straight way from one state to another is free."""
-        start = np.array([first[i] for i in self._places]) * self._speed
-        end = np.array([second[i] for i in self._places]) * self._speed
-        return self._checker.segment_is_free(start, end, self._resolution)
+        """Tell whether the straight line from one state to another is free."""
+        start = np.array([first[i] for i in self._indices]) * self._speed
+        end = np.array([second[i] for i in self._indices]) * self._speed
+        return self._checker.segment_is_free(start, end)
 
 
 class JointPlanner:
-    """Plans for the group of a checker. Coordinates are scaled by joint speed, so that length is time."""
+    """Plans paths for the group of a checker.
 
-    def __init__(self, checker: CollisionChecker, options: PlannerOptions | None = None) -> None:
-        """Set up the space; the checker decides validity."""
+    Coordinates of the search are joint positions divided by the speed limits, so that lengths are durations [s].
+
+    Attributes:
+        checker: decides which configurations are free.
+        options: budgets of the search.
+    """
+
+    def __init__(self, checker: CollisionChecker, options: PlannerOptions = PLANNER) -> None:
+        """Plan with a checker and budgets."""
         self.checker = checker
-        self.options = options or PlannerOptions()
+        self.options = options
         self._speed = checker.group.velocity
 
     def plan(self, start: FloatArray, goals: Sequence[FloatArray]) -> FloatArray:
-        """Return a path (N, 8) from start to the first of the goals that can be reached, nearest first.
+        """Return a path from a start to the first of the goals that can be reached, nearest first.
+
+        Where the start does not keep the margins of the checker they are lowered to what it has.
+
+        Args:
+            start: configuration (8,).
+            goals: configurations (8,).
+
+        Returns:
+            Waypoints (N, 8) between which straight lines are free.
 
         Raises:
             InCollisionError: the start is in collision.
-            PlanningError: no goal was reached within the budget.
+            PlanningError: there is no goal, or none was reached in the time.
         """
         if not goals:
             raise PlanningError("there is no goal to plan to")
@@ -80,7 +88,7 @@ class JointPlanner:
                 raise InCollisionError(f"the arm starts in collision ({text})", pairs)
         ordered = sorted(goals, key=lambda q: self.duration(np.vstack([begin, q])))
         for goal in ordered:
-            if self.checker.segment_is_free(begin, goal, self.options.resolution):
+            if self.checker.segment_is_free(begin, goal):
                 return np.vstack([begin, goal])
         deadline = time.thread_time() + self.options.time_s
         for goal in ordered:
@@ -90,10 +98,11 @@ class JointPlanner:
         raise PlanningError(f"the {group.side} arm found no free way in {self.options.time_s:.1f} s")
 
     def duration(self, path: FloatArray) -> float:
-        """Return the time [s] a path takes at full joint speed without regard to acceleration."""
+        """Return the time [s] that a path (N, 8) takes at full joint speed, without regard to acceleration."""
         return float((np.abs(np.diff(path, axis=0)) / self._speed).max(axis=1).sum())
 
     def _solve(self, start: FloatArray, goal: FloatArray, time_s: float) -> FloatArray | None:
+        """Return a path (N, 8) between two configurations (8,), or None if none is found in the time [s]."""
         if time_s <= 0.0 or not self.checker.is_free(goal):
             return None
         group, speed = self.checker.group, self._speed
@@ -109,7 +118,7 @@ class JointPlanner:
         is_free = self.checker.is_free
         setup.setStateValidityChecker(lambda state: is_free(np.array([state[i] for i in range(count)]) * speed))
         information = setup.getSpaceInformation()
-        motions = _SegmentValidator(information, self.checker, self.options.resolution)
+        motions = _SegmentValidator(information, self.checker)
         information.setMotionValidator(motions)
         setup.setPlanner(og.RRTConnect(information))
         ends = []
@@ -128,7 +137,7 @@ class JointPlanner:
         return np.array([[state[i] * scale[i] for i in range(count)] for state in states])
 
     def _simplify(self, setup: og.SimpleSetup, path: og.PathGeometric) -> None:
-        """Shorten by rounds of vertex removal and partial shortcuts, while they gain enough."""
+        """Shorten a path in place by rounds of shortcuts and vertex removal, while they gain enough."""
         simplifier = og.PathSimplifier(setup.getSpaceInformation())
         deadline = time.thread_time() + self.options.simplify_s
         simplifier.reduceVertices(path)

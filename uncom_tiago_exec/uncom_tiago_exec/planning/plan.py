@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A whole manipulation as steps that can be carried out one after the other."""
+"""The plan of a whole manipulation: steps that are executed one after the other."""
 
 from __future__ import annotations
 
@@ -15,17 +15,31 @@ from uncom_tiago_exec.types import ODOM_ORIGIN, BasePose, FloatArray, Side, Stag
 
 @dataclass(frozen=True, slots=True)
 class MoveStep:
-    """Follow a trajectory of torso and arm."""
+    """Follow a trajectory of torso and arm.
+
+    Attributes:
+        stage: of the execution.
+        trajectory: to follow.
+        detail: what it is for, in words.
+        shortest_s: least time from its start to its end under the same limits, along any path [s].
+    """
 
     stage: Stage
     trajectory: Trajectory
     detail: str = ""
-    shortest_s: float = 0.0  # least time from its start to its end under the same limits, whatever the way
+    shortest_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class GripStep:
-    """Bring the fingers to a gap [m]; `holding` expects something between them and aims below its width."""
+    """Move the fingers to a gap.
+
+    Attributes:
+        stage: of the execution.
+        gap: between the fingers [m].
+        holding: whether an object is expected between them; the gap is then less than its width.
+        detail: what it is for, in words.
+    """
 
     stage: Stage
     gap: float
@@ -38,12 +52,18 @@ Step = MoveStep | GripStep
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Steps for one arm, to be carried out in order; everything is in base_footprint with the base at `base`.
+    """Steps for one arm, to be executed in order; all poses are in base_footprint with the base at `base`.
 
-    side: arm that moves; steps: motions and grips; scene: what it was planned in; grasp: None where nothing is taken.
-    motion (4, 4): what the placing does to the object, from its pose before to that after; None if it is not placed.
-    planning_s: wall time of the planning [s]; timings_s: processor time of its parts [s], by name.
-    attempts: what was tried on the way to this plan; base: pose of the base in odom that it was planned for.
+    Attributes:
+        side: of the arm that moves.
+        steps: motions and grips.
+        scene: that it was planned in.
+        grasp: by which the object is taken; None if nothing is grasped.
+        motion: of the object (4, 4), from its pose before to that after; None if it is not placed.
+        planning_s: wall time of the planning [s].
+        timings_s: processor time of its parts by name [s].
+        attempts: alternatives that were tried.
+        base: pose of the base in odom that it was planned for.
     """
 
     side: Side
@@ -58,16 +78,16 @@ class Plan:
 
     @property
     def duration_s(self) -> float:
-        """Time in motion, without the grippers [s]."""
+        """Duration of the motions, without those of the fingers [s]."""
         return sum(step.trajectory.duration_s for step in self.steps if isinstance(step, MoveStep))
 
     @property
     def shortest_s(self) -> float:
-        """Sum of the least times of the motions [s], each from rest to rest."""
+        """Sum of the least times of the motions, each from rest to rest [s]."""
         return sum(step.shortest_s for step in self.steps if isinstance(step, MoveStep))
 
     def as_data(self) -> dict[str, object]:
-        """Return what is told of a plan: times [s], what was tried in each stage, and the grasp [m]."""
+        """Return the plan as data for reports: times [s], attempts by stage, and the grasp [m]."""
         data: dict[str, object] = {
             "planning_s": round(self.planning_s, 4),
             "timings_s": self.timings_s,
@@ -86,12 +106,12 @@ class Plan:
 
     @property
     def home(self) -> FloatArray:
-        """Where its first motion begins: the joint vector (8,) to go back to."""
+        """The joint vector (8,) at the start of its first motion, to which the arm returns."""
         return next(step.trajectory.positions[0] for step in self.steps if isinstance(step, MoveStep))
 
     @property
     def lifted(self) -> FloatArray | None:
-        """Where it first has the object in the hand and clear of everything: a joint vector (8,), or None."""
+        """The joint vector (8,) at which the object is first held clear of everything; None if there is none."""
         moves = [step for step in self.steps if isinstance(step, MoveStep)]
         ends = [step.trajectory.positions[-1] for step in moves if step.stage == Stage.LIFTING]
         starts = [step.trajectory.positions[0] for step in moves if step.stage == Stage.TRANSFERRING]
