@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a held object is let go: on an area, in an opening, on top of something."""
+"""Where a held object is released: on an area of the table, in an opening, or on top of another object.
+
+The result is hand poses: the object is turned about the vertical and tilted in steps, keeping its grasp.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,13 @@ from uncom_tiago_exec.types import FloatArray, ManipulationTask
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A way to let go: hand pose (4, 4), how the object moved (4, 4), and what it may touch there."""
+    """A way to release an object.
+
+    Attributes:
+        hand: pose of the grasping frame in base_footprint (4, 4).
+        motion: of the object in base_footprint (4, 4), from where it was grasped to its place.
+        touches: names of obstacles that the object may touch there.
+    """
 
     hand: FloatArray
     motion: FloatArray
@@ -28,13 +37,21 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Destination:
-    """Where the footprint's centre goes (2,), the height of its bottom, what it may touch, and the target's shape."""
+    """Where an object is to end.
+
+    Attributes:
+        xy: place of the centre of its footprint in base_footprint (2,) [m].
+        bottom: height of its bottom at the release [m].
+        touches: names of obstacles that it may touch there.
+        into: shape of the hollow object that it goes into, or None.
+        tolerance_m: distance from xy at which it may also be put [m].
+    """
 
     xy: FloatArray
     bottom: float
     touches: frozenset[str]
     into: ObjectShape | None = None
-    room: float = 0.0  # how far from xy it may also be put [m]
+    tolerance_m: float = 0.0
 
 
 def destination(
@@ -46,18 +63,18 @@ def destination(
     onto: bool = False,
     options: PlacePoseOptions = PLACE_POSES,
 ) -> Destination:
-    """Work out where the moved object of a task is to end.
+    """Return where the object to move of a task is to end.
 
     Args:
+        task: with the relation to the target and the place on the table.
+        moved: object to move.
+        target: object that receives it, or None.
+        into: whether it goes into the target, whatever the relation of the task.
+        onto: whether it goes on top of the target, whatever the relation of the task.
         options: numbers that tune it.
-        task: with the target's relation and the place on the table.
-        moved: the object to move.
-        target: the object that receives it, or None.
-        into: it goes into the target, whatever the relation says.
-        onto: it goes on top of the target, whatever the relation says.
 
     Raises:
-        RefusedError: there is no place, it is off the table, or the object cannot go there.
+        RefusedError: no place is given, it is off the table, or the object does not fit.
     """
     what = task.object_text or moved.name
     if target is not None and (into or task.relation == "in"):
@@ -67,34 +84,40 @@ def destination(
     if task.target_pose is None or task.table is None:
         raise RefusedError(f"I do not know where to put the {what}")
     xy = np.asarray(task.target_pose[:2, 3], dtype=float)
-    if not on_table(task.table, xy, 0.02):
+    if not on_table(task.table, xy, options.table_margin_m):
         raise RefusedError(f"the place for the {what} is not on the table")
     return Destination(xy, task.table.height_m + options.release_gap_m, frozenset({TABLE}))
 
 
 def original_place(moved: ObjectShape, *, options: PlacePoseOptions = PLACE_POSES) -> Destination:
-    """Return the destination of what is to stand again where it was."""
+    """Return the destination of an object that is put back where it was."""
     return Destination(moved.middle[:2], moved.bottom + options.release_gap_m, frozenset({TABLE}))
 
 
 def _inside(
     moved: ObjectShape, target: ObjectShape, what: str, *, options: PlacePoseOptions = PLACE_POSES
 ) -> Destination:
+    """Return the destination in a hollow object, on top of another one; `what` is what the person called the object.
+
+    Raises:
+        RefusedError: it is wider than the opening.
+    """
     rim = target.rim
     if rim is None:
         return _on_top(moved, target, options=options)
     if float(moved.size[1]) > 2.0 * rim.radius:
         raise RefusedError(f"the {what} is too wide for the {target.name}")
-    return Destination(rim.centre, rim.floor_z + 0.006, frozenset({target.name, TABLE}), target)
+    return Destination(rim.centre, rim.floor_z + options.floor_gap_m, frozenset({target.name, TABLE}), target)
 
 
 def _on_top(moved: ObjectShape, target: ObjectShape, *, options: PlacePoseOptions = PLACE_POSES) -> Destination:
-    """Find the surface that the object will rest on: the floor of a flat dish, or the top."""
+    """Return the destination on the surface that bears the object: the floor of a shallow dish, or the top."""
     touches = frozenset({target.name, TABLE})
     if target.rim is not None and is_shallow(target.rim):
-        if float(moved.size[0]) < 1.6 * target.rim.radius:
-            room = 0.6 * target.rim.radius - 0.5 * float(moved.size[0])
-            return Destination(target.rim.centre, target.rim.floor_z + 0.006, touches, room=max(room, 0.0))
+        if float(moved.size[0]) < options.flat_dish_radii * target.rim.radius:
+            tolerance_m = options.flat_floor_share * target.rim.radius - 0.5 * float(moved.size[0])
+            height = target.rim.floor_z + options.floor_gap_m
+            return Destination(target.rim.centre, height, touches, tolerance_m=max(tolerance_m, 0.0))
         return Destination(target.rim.centre, target.rim.z + options.release_gap_m, touches)
     return Destination(target.middle[:2], target.top + options.release_gap_m, touches)
 
@@ -108,28 +131,38 @@ def place_candidates(
     coarse: bool = False,
     options: PlacePoseOptions = PLACE_POSES,
 ) -> list[Place]:
-    """Return hand poses that bring the object there, turned about the vertical and tilted, least first.
+    """Return ways to release an object at its destination, the least turned and tilted first.
 
-    Only what falls into an opening, or is a ball, may be tilted; a hand that is less steep reaches further.
+    Only an object that falls into an opening, or rolls anyway, may be tilted: a hand that points down less steeply
+    reaches farther.
+
+    Args:
+        goal: its destination.
+        moved: shape of the object where it was grasped.
+        grasp: by which it is held.
+        gripper: its dimensions.
+        coarse: whether to try fewer turns.
+        options: numbers that tune it.
     """
     flattest, tallest = options.ball_proportions
-    ball = (
+    is_ball = (
         moved.axis is not None and moved.rim is None and flattest < moved.height / (2.0 * moved.axis.radius) < tallest
     )
-    steep = float(np.arcsin(np.clip(-grasp.approach[2], -1.0, 1.0)))
-    tilts = [t for t in options.tilts_rad if t == 0.0 or goal.into is not None or ball]
+    pitch = float(np.arcsin(np.clip(-grasp.approach[2], -1.0, 1.0)))
+    tilts = [t for t in options.tilts_rad if t == 0.0 or goal.into is not None or is_ball]
     if _is_long(goal, moved, options=options):
         tilts = [*options.leaning_rad, *options.tilts_rad]
     found: list[Place] = []
     for tilt in tilts:
-        if steep - tilt < np.radians(34.0):
+        if pitch - tilt < options.least_pitch_rad:
             continue
         found += [
             _place_pose(goal, moved, grasp, gripper, float(turn), float(tilt), options=options)
             for turn in (options.coarse_turns_rad if coarse else options.turns_rad)
         ]
-    if goal.room > options.least_room_m:  # nearer to the robot is easier to reach
-        nearer = replace(goal, xy=goal.xy * (1.0 - goal.room / float(np.linalg.norm(goal.xy))), room=0.0)
+    if goal.tolerance_m > options.least_tolerance_m:  # nearer to the robot is easier to reach
+        share = goal.tolerance_m / float(np.linalg.norm(goal.xy))
+        nearer = replace(goal, xy=goal.xy * (1.0 - share), tolerance_m=0.0)
         found += place_candidates(nearer, moved, grasp, gripper, coarse=coarse, options=options)
     return found
 
@@ -144,9 +177,10 @@ def _place_pose(
     *,
     options: PlacePoseOptions = PLACE_POSES,
 ) -> Place:
-    """Turn and tilt the object about its middle, and bring its lowest point to the height of release.
+    """Return the release with the object turned and tilted about its middle [rad], and at the right height.
 
-    What is seen of it ends a little above what it stands on: by as much the hand would come lower than it took hold.
+    The visible points of the object end a little above what it stands on; the hand would come lower by as much as that
+    than it was at the grasp.
     """
     closing = grasp.pose[:3, 1]
     rotation = Rotation.from_rotvec([0.0, 0.0, turn]) * Rotation.from_rotvec(-tilt * closing)
@@ -159,17 +193,18 @@ def _place_pose(
     bottom, xy = goal.bottom, goal.xy
     if goal.into is not None:
         leaning = _is_long(goal, moved, options=options) and tilt > 0.0
-        fits = leaning or 0.5 * float(moved.size[0]) < _radius(goal.into) - 0.015
+        radius = goal.into.rim.radius if goal.into.rim is not None else np.inf
+        fits = leaning or 0.5 * float(moved.size[0]) < radius - options.fit_gap_m
         bottom = _release_height(goal.into, hand, low, gripper, goal.bottom if fits else -np.inf, options=options)
         if leaning:
-            xy, over = _one_end_in(goal.into, moved, motion, options=options)
-            bottom = max(bottom, over)
+            xy, above_rim = _low_end_inside(goal.into, moved, motion, options=options)
+            bottom = max(bottom, above_rim)
     motion[:3, 3] += [xy[0], xy[1], bottom - low]
     return Place(motion @ grasp.pose, motion, goal.touches)
 
 
 def _is_long(goal: Destination, moved: ObjectShape, *, options: PlacePoseOptions = PLACE_POSES) -> bool:
-    """Tell whether an object would lie across the opening it is to go into."""
+    """Tell whether an object is longer than the opening that it goes into is wide."""
     return (
         goal.into is not None
         and goal.into.rim is not None
@@ -177,23 +212,29 @@ def _is_long(goal: Destination, moved: ObjectShape, *, options: PlacePoseOptions
     )
 
 
-def _radius(target: ObjectShape) -> float:
-    return target.rim.radius if target.rim is not None else np.inf
-
-
-def _one_end_in(
+def _low_end_inside(
     target: ObjectShape, moved: ObjectShape, motion: FloatArray, *, options: PlacePoseOptions = PLACE_POSES
 ) -> tuple[FloatArray, float]:
-    """Return where a tilted object's middle goes (2,) so that its low end is inside, and how low that may be [m]."""
+    """Return how a tilted object leans over a rim with its low end inside.
+
+    Args:
+        target: hollow object.
+        moved: shape of the object.
+        motion: rotation of the object, about its middle (4, 4).
+        options: numbers that tune it.
+
+    Returns:
+        Place of its middle (2,) in base_footprint [m], and the least height of its lowest point [m].
+    """
     rim = target.rim
     if rim is None:
         return target.middle[:2], target.top
     points = moved.points @ motion[:3, :3].T + motion[:3, 3]
     end = points[points[:, 2].argmin()]
-    ahead = end[:2] / max(float(np.linalg.norm(end[:2])), 1e-6)
-    xy = rim.centre + options.low_end_radii * rim.radius * ahead - end[:2]
-    outside = np.linalg.norm(points[:, :2] + xy - rim.centre, axis=1) > rim.radius - 0.012
-    return xy, rim.z + 0.004 - float((points[outside, 2] - end[2]).min()) if outside.any() else -np.inf
+    direction = end[:2] / max(float(np.linalg.norm(end[:2])), 1e-6)
+    xy = rim.centre + options.low_end_radii * rim.radius * direction - end[:2]
+    outside = np.linalg.norm(points[:, :2] + xy - rim.centre, axis=1) > rim.radius - options.rim_width_m
+    return xy, rim.z + options.rim_gap_m - float((points[outside, 2] - end[2]).min()) if outside.any() else -np.inf
 
 
 def _release_height(
@@ -205,13 +246,20 @@ def _release_height(
     *,
     options: PlacePoseOptions = PLACE_POSES,
 ) -> float:
-    """Return the bottom height at which fingers stay clear of the rim, as low as that allows.
+    """Return the height of the object's bottom [m] at which the fingers stay clear of a rim, as low as that allows.
 
-    floor is how low what fits into the opening may come; what does not is released over the rim.
+    Args:
+        target: hollow object.
+        hand: pose of the grasping frame (4, 4), before the motion to this height.
+        low: height of the object's lowest point in that pose [m].
+        gripper: its dimensions.
+        floor: least height of an object that fits into the opening [m]; -inf for others, which are released above the
+            rim.
+        options: numbers that tune it.
     """
     if target.rim is None:
         return target.top + options.release_gap_m
     pitch = float(np.arcsin(np.clip(-hand[2, 0], -1.0, 1.0)))
     tips = float(hand[2, 3] + gripper.tip * hand[2, 0]) - gripper.half_width * float(np.cos(pitch))
     lowest = floor if np.isfinite(floor) else target.rim.z + options.release_gap_m
-    return max(lowest, target.rim.z + 0.014 - (tips - low))
+    return max(lowest, target.rim.z + options.finger_gap_m - (tips - low))
