@@ -74,6 +74,14 @@ class ConvexChecker:
         self._pair_margins = (robot.margins, scene)
         held = [body for body in bodies[len(covers.bodies) :] if body.joint > 0]
         travel = joint_travel(self.model, covers.extents, held) if held else robot.travel
+        self._set_shares(travel)
+        self._data = self.model.createData()
+        self._margins = self._body_margins(margins)
+        self._managers: dict[float, tuple[Any, Any]] = {}
+        self._without_clearance = self._manager(0.0)[1]
+
+    def _set_shares(self, travel: FloatArray) -> None:
+        """Set the shares of a clearance from the travel of bodies with the joints (8, 9), see joint_travel."""
         # with respect to what stands still, and to what the torso lifts as well: the torso's row is zero
         travels = np.stack([travel, travel * (np.arange(len(travel)) > 0)[:, None]])
         top_speeds = np.array(self.model.velocityLimit) @ travels[1]
@@ -82,10 +90,6 @@ class ConvexChecker:
         )
         self._shares = np.concatenate([self._share_by_joint[tuple(m.share_indices.T)] for m in self._pair_margins])
         self._travel_per_joint = np.hstack(travels[:, :, 1:] / self._share_by_joint[:, None, 1:])
-        self._data = self.model.createData()
-        self._margins = self._body_margins(margins)
-        self._managers: dict[float, tuple[Any, Any]] = {}
-        self._without_clearance = self._manager(0.0)[1]
 
     def _body_margins(self, margins: FloatArray) -> FloatArray:
         """Return the margin of each pair of bodies [m]: the greatest that one of the pairs of shapes needs."""
