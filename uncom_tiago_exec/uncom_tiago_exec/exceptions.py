@@ -26,7 +26,7 @@ class InCollisionError(RefusedError):
     """The pose can be reached, but only through something; `contacts` names the pairs."""
 
     def __init__(self, message: str, contacts: tuple[tuple[str, str], ...] = ()) -> None:
-        """Keep the pairs that touch."""
+        """Take the text and the pairs that touch, as names of links or obstacles."""
         self.contacts = contacts
         super().__init__(message)
 

@@ -18,7 +18,14 @@ from uncom_tiago_exec.collision.collision_checker import CollisionChecker
 from uncom_tiago_exec.exceptions import InCollisionError, RobotModelError, UnreachableError
 from uncom_tiago_exec.kinematics.analytic_ik import AnalyticIk
 from uncom_tiago_exec.kinematics.numerical_ik import NumericalIk
-from uncom_tiago_exec.kinematics.options import IK_SEARCH, IkSearchOptions
+from uncom_tiago_exec.kinematics.options import (
+    ANALYTIC_IK,
+    IK_SEARCH,
+    NUMERICAL_IK,
+    AnalyticIkOptions,
+    IkSearchOptions,
+    NumericalIkOptions,
+)
 from uncom_tiago_exec.robot.arm_group import ArmGroup
 from uncom_tiago_exec.types import FloatArray
 
@@ -39,13 +46,23 @@ def low_discrepancy_points(count: int) -> FloatArray:
 class IkSolver:
     """Solves for the grasping frame of one group."""
 
-    def __init__(self, group: ArmGroup, seed: int = 0, *, options: IkSearchOptions = IK_SEARCH) -> None:
+    def __init__(
+        self,
+        group: ArmGroup,
+        seed: int = 0,
+        *,
+        options: IkSearchOptions = IK_SEARCH,
+        analytic_options: AnalyticIkOptions = ANALYTIC_IK,
+        numerical_options: NumericalIkOptions = NUMERICAL_IK,
+    ) -> None:
         """Prepare the solvers and the sampled pairs of torso height and first joint.
 
         Args:
             group: torso and arm.
             seed: of the random starts of the numerical solver.
-            options: numbers that tune it.
+            options: numbers that tune the search.
+            analytic_options: numbers that tune the closed form.
+            numerical_options: numbers that tune the numerical solver.
         """
         self._options = options
         self.group = group
@@ -53,10 +70,10 @@ class IkSolver:
             [[rise, turn] for rise in options.torso_detours_m for turn in options.shoulder_detours_rad]
         )
         self._rng = np.random.default_rng(seed)
-        self._numerical = NumericalIk(group)
+        self._numerical = NumericalIk(group, options=numerical_options)
         self._analytic: AnalyticIk | None = None
         try:
-            self._analytic = AnalyticIk(group.model, group.tool)
+            self._analytic = AnalyticIk(group.model, group.tool, options=analytic_options)
         except RobotModelError as error:
             _LOG.info("inverse kinematics by descent alone: %s", error)
         shares = low_discrepancy_points(sum(options.rounds))
