@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import difflib
 import importlib.util
 from collections.abc import Sequence
 from itertools import groupby
@@ -52,9 +53,11 @@ def select_tunables(wanted: str) -> list[Tunable]:
         if not wanted or f"{item.group}.".startswith(f"{wanted}.") or item.group.rpartition(".")[2] == wanted
     ]
     if wanted and not chosen and wanted not in installed_packages():
-        groups = ", ".join(dict.fromkeys(item.group.rpartition(".")[2] for item in found))
+        groups = {item.group.rpartition(".")[2] for item in found}
+        near = difflib.get_close_matches(wanted, groups, cutoff=0.4)
         raise BadInputError(
-            f"nothing that tunes is called {wanted!r}; there are {', '.join(installed_packages())} and {groups}"
+            f"nothing that tunes is called {wanted!r}; packages are {', '.join(installed_packages())}"
+            + (f"; option classes like that are {', '.join(near)}" if near else "")
         )
     return chosen
 
