@@ -131,10 +131,10 @@ def test_a_stop_ends_in_stopped_with_the_thing_in_hand():
     assert outcome.in_hand == "lemon"
 
 
-def test_what_was_never_learned_is_refused_politely():
+def test_a_command_that_names_no_action_is_refused_politely():
     outcome, _, machine = run([0.05], primitive="none")
     assert not outcome.success
-    assert "not learned to none" in outcome.reason
+    assert "not told what to do" in outcome.reason
     assert machine.moves == 0
 
 

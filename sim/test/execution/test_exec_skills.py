@@ -61,6 +61,11 @@ def test_what_has_no_skill_is_refused_in_words():
         planner.plan(task_of("put_in"), start_positions())
 
 
+def test_a_command_without_an_action_is_refused_in_words():
+    with pytest.raises(RefusedError, match="I was not told what to do"):
+        SKILLS[Primitive.NONE]
+
+
 def test_two_skills_cannot_claim_one_primitive():
     with pytest.raises(ValueError, match="POINT has two skills"):
         SkillRegistry((Nod(), SKILLS[Primitive.POINT]))

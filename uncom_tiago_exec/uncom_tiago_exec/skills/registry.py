@@ -44,8 +44,10 @@ class SkillRegistry:
         """Return the skill for a primitive.
 
         Raises:
-            RefusedError: there is none.
+            RefusedError: there is none, or no action was named.
         """
+        if primitive is Primitive.NONE:
+            raise RefusedError("I was not told what to do")
         if primitive not in self._skills:
             raise RefusedError(f"I have not learned to {primitive.value.replace('_', ' ')} yet")
         return self._skills[primitive]
