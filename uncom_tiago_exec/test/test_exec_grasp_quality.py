@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from exec_gripper import GRIPPER, TABLE_Z
 from uncom_tiago_exec.grasping.grasps import grasp_candidates
-from uncom_tiago_exec.scene.object_shape import complete
+from uncom_tiago_exec.scene.object_shape import complete_shape
 
 NOTHING = np.zeros((0, 3))
 
@@ -41,7 +41,7 @@ def mug(rng, handle, x=0.6, y=0.0, radius=0.04, height=0.095):
 def test_what_narrows_upwards_is_held_at_its_belly(belly):
     """Pads of the best grasps reach as low as the widest place, and are as wide apart as it is."""
     rng = np.random.default_rng(3)
-    pear = complete("pear", turned([(0.018, 0.0), (0.032, belly), (0.016, 0.085), (0.006, 0.1)], rng), TABLE_Z)
+    pear = complete_shape("pear", turned([(0.018, 0.0), (0.032, belly), (0.016, 0.085), (0.006, 0.1)], rng), TABLE_Z)
     best = grasp_candidates(pear, NOTHING, GRIPPER)[:5]
     assert best
     for grasp in best:
@@ -54,7 +54,7 @@ def test_what_narrows_upwards_is_held_at_its_belly(belly):
 @pytest.mark.parametrize("handle", [np.pi / 2, 2.5, -1.7])
 def test_a_mug_is_as_wide_as_it_is_round_its_handle_left_out(handle):
     """The root of the handle does not widen it all around, so that a hand that just fits is found."""
-    shape = complete("mug", mug(np.random.default_rng(4), handle), TABLE_Z)
+    shape = complete_shape("mug", mug(np.random.default_rng(4), handle), TABLE_Z)
     assert shape.rim is not None
     families = {grasp.family for grasp in grasp_candidates(shape, NOTHING, GRIPPER, count=20)}
     assert families == {"across", "rim"}
@@ -69,6 +69,6 @@ def test_a_belly_under_a_narrower_edge_is_turned_with_the_rest():
     inner = np.column_stack([0.033 * np.cos(around), 0.033 * np.sin(around), up])
     seen = np.vstack([wall[wall[:, 0] < 0.0], inner[(inner[:, 0] > 0.0) & (up > 0.03)]])
     edge = np.column_stack([0.036 * np.cos(around), 0.036 * np.sin(around), np.full(8000, 0.08)])[:1500]
-    shape = complete("pot", np.vstack([seen, edge]) + np.array([0.6, 0.1, TABLE_Z]), TABLE_Z)
+    shape = complete_shape("pot", np.vstack([seen, edge]) + np.array([0.6, 0.1, TABLE_Z]), TABLE_Z)
     behind = shape.points[shape.points[:, 0] > 0.62]
     assert np.linalg.norm(behind[:, :2] - [0.6, 0.1], axis=1).max() > 0.039

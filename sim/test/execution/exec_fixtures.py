@@ -13,7 +13,7 @@ from uncom_sim.robot.joint_names import home_positions
 from uncom_tiago_exec.exceptions import StoppedError
 from uncom_tiago_exec.execution.robot_interface import RobotInterface
 from uncom_tiago_exec.robot.robot_model import RobotModel
-from uncom_tiago_exec.scene.obstacles import upright
+from uncom_tiago_exec.scene.obstacles import make_upright_pose
 from uncom_tiago_exec.types import BasePose, ManipulationTask
 
 CAMERA = np.array([0.22, 0.0, 1.42])
@@ -30,7 +30,7 @@ def start_positions() -> dict[str, float]:
 
 def _standing(points, normals, x, y, yaw, rng):
     """Put points (N, 3) on the table and keep those whose surface faces the camera, with 1 mm of noise."""
-    pose = upright(np.array([x, y, TABLE_Z]), yaw)
+    pose = make_upright_pose(np.array([x, y, TABLE_Z]), yaw)
     world = points @ pose[:3, :3].T + pose[:3, 3]
     facing = ((CAMERA - world) * (normals @ pose[:3, :3].T)).sum(axis=1) > 0
     return world[facing] + rng.normal(scale=0.001, size=(int(facing.sum()), 3))
@@ -101,7 +101,7 @@ def dish_cloud(x, y, radius, height, rng, count=9000):
 
 def make_task(things, primitive, target=None, place=None, relation="none"):
     """Move the first of the detections to the target's name or to a place (x, y)."""
-    pose = None if place is None else upright(np.array([place[0], place[1], TABLE_Z]), 0.0)
+    pose = None if place is None else make_upright_pose(np.array([place[0], place[1], TABLE_Z]), 0.0)
     goal = next((d for d in things if d.id == target), None)
     return ManipulationTask(
         "u1",

@@ -11,10 +11,10 @@ from uncom_tiago_exec.collision.collision_checker import CollisionChecker, Conta
 from uncom_tiago_exec.collision.options import CONVEX_CHECKER
 from uncom_tiago_exec.robot.convex_covers import convex_covers, mesh_hash, shape_corners
 from uncom_tiago_exec.robot.options import CONVEX_COVERS
-from uncom_tiago_exec.scene.obstacles import upright
+from uncom_tiago_exec.scene.obstacles import make_upright_pose
 from uncom_tiago_exec.types import SIDES, Attachment, Obstacle
 
-_TABLE = Obstacle("table", "box", (0.56, 1.06, 0.08), upright(np.array([0.7, 0.0, 0.68]), 0.0))
+_TABLE = Obstacle("table", "box", (0.56, 1.06, 0.08), make_upright_pose(np.array([0.7, 0.0, 0.68]), 0.0))
 
 
 def _scene(rng, count):
@@ -24,7 +24,7 @@ def _scene(rng, count):
         at = np.array([rng.uniform(0.45, 0.9), rng.uniform(-0.5, 0.5), 0.72 + size[2] / 2.0])
         shape = "cylinder" if i % 2 else "box"
         size = (size[0], size[0], size[2]) if i % 2 else size
-        solids.append(Obstacle(f"thing{i}", shape, size, upright(at, rng.uniform(-3.0, 3.0))))
+        solids.append(Obstacle(f"thing{i}", shape, size, make_upright_pose(at, rng.uniform(-3.0, 3.0))))
     return tuple(solids)
 
 

@@ -8,8 +8,8 @@ from uncom_sim.bench_planning.scenes import detection
 from uncom_tiago_exec.exceptions import RefusedError
 from uncom_tiago_exec.grasping.grasps import grasp_candidates
 from uncom_tiago_exec.grasping.place_poses import destination, place_candidates
-from uncom_tiago_exec.scene.object_shape import complete
-from uncom_tiago_exec.scene.obstacles import solids_of
+from uncom_tiago_exec.scene.object_shape import complete_shape
+from uncom_tiago_exec.scene.obstacles import enclose_shape
 from uncom_tiago_exec.scene.scene_model import build_scene
 
 NOTHING = np.zeros((0, 3))
@@ -21,7 +21,7 @@ def grasps_of(shape, others=NOTHING):
 
 @pytest.mark.parametrize(("radius", "height"), [(0.033, 0.115), (0.025, 0.2)])
 def test_a_cylinder_is_completed_behind(radius, height):
-    shape = complete("can", cylinder_cloud(0.65, 0.1, radius, height, np.random.default_rng(0)), TABLE_Z)
+    shape = complete_shape("can", cylinder_cloud(0.65, 0.1, radius, height, np.random.default_rng(0)), TABLE_Z)
     assert shape.axis is not None
     assert shape.rim is None
     assert np.linalg.norm(shape.middle[:2] - [0.65, 0.1]) < 0.006
@@ -31,13 +31,13 @@ def test_a_cylinder_is_completed_behind(radius, height):
 
 def test_a_bowl_is_hollow_and_a_ball_and_a_box_are_not():
     rng = np.random.default_rng(1)
-    bowl = complete("bowl", bowl_cloud(0.6, -0.1, 0.08, 0.065, rng), TABLE_Z)
+    bowl = complete_shape("bowl", bowl_cloud(0.6, -0.1, 0.08, 0.065, rng), TABLE_Z)
     assert bowl.rim is not None
     assert bowl.rim.radius == pytest.approx(0.08, abs=0.006)
     assert np.linalg.norm(bowl.rim.centre - [0.6, -0.1]) < 0.006
     assert bowl.rim.floor_z < bowl.rim.z - 0.03
-    assert complete("ball", ball_cloud(0.6, 0.2, 0.036, rng), TABLE_Z).rim is None
-    box = complete("box", box_cloud(0.6, 0.2, 0.4, np.array([0.15, 0.08, 0.09]), rng), TABLE_Z)
+    assert complete_shape("ball", ball_cloud(0.6, 0.2, 0.036, rng), TABLE_Z).rim is None
+    box = complete_shape("box", box_cloud(0.6, 0.2, 0.4, np.array([0.15, 0.08, 0.09]), rng), TABLE_Z)
     assert box.rim is None
     assert np.allclose(box.size, [0.15, 0.08, 0.09], atol=0.01)
 
@@ -45,9 +45,9 @@ def test_a_bowl_is_hollow_and_a_ball_and_a_box_are_not():
 def test_solids_hold_all_points():
     rng = np.random.default_rng(2)
     for cloud in (ball_cloud(0.6, 0.2, 0.036, rng), box_cloud(0.6, 0.2, 0.4, np.array([0.15, 0.08, 0.09]), rng)):
-        shape = complete("thing", cloud, TABLE_Z)
+        shape = complete_shape("thing", cloud, TABLE_Z)
         held = np.zeros(len(cloud), dtype=bool)
-        for solid in solids_of(shape):
+        for solid in enclose_shape(shape):
             local = (cloud - solid.pose[:3, 3]) @ solid.pose[:3, :3]
             half = np.array(solid.size) / 2 + 0.003
             if solid.shape == "box":
@@ -61,7 +61,7 @@ def test_solids_hold_all_points():
 def test_a_box_is_taken_across_its_short_side(yaw):
     """A box too long for the gripper one way is gripped the other way, square to its sides."""
     cloud = box_cloud(0.6, 0.1, yaw, np.array([0.15, 0.06, 0.09]), np.random.default_rng(3))
-    best = grasps_of(complete("box", cloud, TABLE_Z))[0]
+    best = grasps_of(complete_shape("box", cloud, TABLE_Z))[0]
     short = np.array([-np.sin(yaw), np.cos(yaw)])
     assert abs(best.pose[:2, 1] @ short) > np.cos(np.radians(8))
     assert best.width == pytest.approx(0.06, abs=0.012)
@@ -73,7 +73,7 @@ def test_grasps_never_reach_into_the_table_and_never_open_too_wide():
     clouds = [ball_cloud(0.6, 0.2, 0.03, rng), cylinder_cloud(0.6, 0.0, 0.03, 0.2, rng)]
     clouds += [box_cloud(0.6, 0.1, 0.3, np.array([0.18, 0.03, 0.01]), rng), bowl_cloud(0.6, 0.0, 0.08, 0.065, rng)]
     for cloud in clouds:
-        grasps = grasps_of(complete("thing", cloud, TABLE_Z))
+        grasps = grasps_of(complete_shape("thing", cloud, TABLE_Z))
         assert grasps
         for grasp in grasps:
             tip = grasp.pose[:3, 3] + gripper.tip * grasp.approach
@@ -84,7 +84,7 @@ def test_grasps_never_reach_into_the_table_and_never_open_too_wide():
 
 def test_a_bowl_is_taken_by_its_edge():
     cloud = bowl_cloud(0.6, 0.0, 0.08, 0.065, np.random.default_rng(5))
-    for grasp in grasps_of(complete("bowl", cloud, TABLE_Z))[:10]:
+    for grasp in grasps_of(complete_shape("bowl", cloud, TABLE_Z))[:10]:
         between = grasp.pose[:3, 3] + robot().gripper("left").tip * grasp.approach
         assert grasp.family == "rim"
         assert 0.05 < np.linalg.norm(between[:2] - [0.6, 0.0]) < 0.1
@@ -93,15 +93,15 @@ def test_a_bowl_is_taken_by_its_edge():
 def test_neighbours_take_grasps_away():
     """With a wall close to both long sides, no finger goes between."""
     rng = np.random.default_rng(6)
-    shape = complete("box", box_cloud(0.6, 0.0, 0.0, np.array([0.15, 0.06, 0.09]), rng), TABLE_Z)
+    shape = complete_shape("box", box_cloud(0.6, 0.0, 0.0, np.array([0.15, 0.06, 0.09]), rng), TABLE_Z)
     walls = np.vstack([box_cloud(0.6, s * 0.045, 0.0, np.array([0.2, 0.02, 0.15]), rng) for s in (-1, 1)])
     assert grasps_of(shape)
-    assert not grasps_of(shape, complete("walls", walls, TABLE_Z).points)
+    assert not grasps_of(shape, complete_shape("walls", walls, TABLE_Z).points)
 
 
 def test_what_is_too_wide_has_no_grasp():
     cloud = box_cloud(0.6, 0.0, 0.0, np.array([0.15, 0.15, 0.09]), np.random.default_rng(7))
-    assert not grasps_of(complete("crate", cloud, TABLE_Z))
+    assert not grasps_of(complete_shape("crate", cloud, TABLE_Z))
 
 
 def test_put_in_lets_go_over_the_opening_with_fingers_above_the_rim():
@@ -146,7 +146,7 @@ def _shapes(task):
 def test_a_tall_thing_is_held_near_its_middle_and_carried_gently():
     """Far above its middle a bottle is a pendulum: the best grasps are not at its top."""
     rng = np.random.default_rng(11)
-    shape = complete("bottle", cylinder_cloud(0.6, 0.1, 0.03, 0.24, rng), TABLE_Z)
+    shape = complete_shape("bottle", cylinder_cloud(0.6, 0.1, 0.03, 0.24, rng), TABLE_Z)
     gripper = robot().gripper("left")
     best = grasp_candidates(shape, np.zeros((0, 3)), gripper)[:10]
     pads = [g.pose[2, 3] + gripper.tip * g.approach[2] for g in best]
@@ -164,7 +164,7 @@ def test_a_hand_leans_along_the_wall_of_a_bowl_and_its_pads_lie_flat_on_it(lean)
     around = rng.uniform(-np.pi, np.pi, 1500)
     floor = np.column_stack([0.6 + inside * np.cos(around), inside * np.sin(around), np.full(1500, TABLE_Z + 0.008)])
     seen = wall[(wall[:, 0] > 0.6) | (wall[:, 2] > TABLE_Z + 0.5 * height)]
-    shape = complete("bowl", np.vstack([seen, floor]), TABLE_Z)
+    shape = complete_shape("bowl", np.vstack([seen, floor]), TABLE_Z)
     best = grasps_of(shape)[0]
     assert best.family == "rim"
     outwards = best.pose[:2, 3] - shape.rim.centre

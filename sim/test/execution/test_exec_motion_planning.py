@@ -10,10 +10,10 @@ from uncom_tiago_exec.kinematics.cartesian_path import straight_path
 from uncom_tiago_exec.kinematics.ik_solver import IkSolver
 from uncom_tiago_exec.planning.joint_planner import JointPlanner
 from uncom_tiago_exec.robot.robot_model import RobotModel
-from uncom_tiago_exec.scene.obstacles import upright
+from uncom_tiago_exec.scene.obstacles import make_upright_pose
 from uncom_tiago_exec.types import SIDES, Obstacle
 
-TABLE = Obstacle("table", "box", (0.5, 1.0, 0.06), upright(np.array([0.7, 0.0, TABLE_Z - 0.03]), 0.0))
+TABLE = Obstacle("table", "box", (0.5, 1.0, 0.06), make_upright_pose(np.array([0.7, 0.0, TABLE_Z - 0.03]), 0.0))
 
 
 def group(side="left"):
@@ -84,7 +84,7 @@ def test_start_pose_is_free_and_a_hand_in_the_table_is_not():
 def test_plans_are_free_on_recheck_and_end_where_asked():
     """Paths from tuck to above the table keep their margin at every 0.005 rad."""
     arm = group()
-    box = Obstacle("box", "box", (0.1, 0.1, 0.25), upright(np.array([0.6, 0.1, TABLE_Z + 0.125]), 0.3))
+    box = Obstacle("box", "box", (0.1, 0.1, 0.25), make_upright_pose(np.array([0.6, 0.1, TABLE_Z + 0.125]), 0.3))
     checker = CollisionChecker(arm, (TABLE, box))
     start = arm.vector(start_positions())
     solver, planner = IkSolver(arm, 2), JointPlanner(checker)

@@ -10,7 +10,7 @@ from uncom_sim.bench_planning.scenes import detection
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.plan import MoveStep
-from uncom_tiago_exec.scene.occlusion import shadows_of
+from uncom_tiago_exec.scene.occlusion import find_occluded_space
 from uncom_tiago_exec.scene.scene_model import build_scene
 from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
 
@@ -35,7 +35,7 @@ def test_what_a_tall_thing_hides_from_the_camera_is_in_its_shadow(y):
     """A low point is in the shadow where the line from the camera to it goes through the thing."""
     size = np.array([0.08, 0.14, 0.2])
     tall = detection("box", box_cloud(0.65, y, 0.0, size, np.random.default_rng(2)))
-    boxes = shadows_of(scene_with(tall), CAMERA, None)
+    boxes = find_occluded_space(scene_with(tall), CAMERA, None)
     assert boxes
     away = np.array([0.65, y]) - CAMERA[:2]
     ahead = away / np.linalg.norm(away)
@@ -48,11 +48,11 @@ def test_what_a_tall_thing_hides_from_the_camera_is_in_its_shadow(y):
 def test_low_things_and_the_surroundings_of_what_is_meant_have_no_shadow():
     rng = np.random.default_rng(3)
     low = detection("lid", box_cloud(0.65, -0.2, 0.0, np.array([0.1, 0.1, 0.04]), rng))
-    assert shadows_of(scene_with(low), CAMERA, None) == ()
+    assert find_occluded_space(scene_with(low), CAMERA, None) == ()
     can = detection("can", cylinder_cloud(0.62, -0.2, 0.033, 0.12, rng))
     behind = np.array([0.72, -0.24])
-    assert shadows_of(scene_with(can), CAMERA, None)
-    assert shadows_of(scene_with(can), CAMERA, behind) == ()
+    assert find_occluded_space(scene_with(can), CAMERA, None)
+    assert find_occluded_space(scene_with(can), CAMERA, behind) == ()
 
 
 def test_motions_keep_out_of_what_is_not_seen_but_do_what_was_asked_for_there():
@@ -68,7 +68,7 @@ def test_motions_keep_out_of_what_is_not_seen_but_do_what_was_asked_for_there():
         assert plan.scene.shadows == ()
     scene = build_scene(make_task([lemon, box], "place", place=(0.56, -0.14)))
     camera = robot().camera(start_positions())
-    shadows = shadows_of(scene, camera, np.array([0.56, -0.14]))
+    shadows = find_occluded_space(scene, camera, np.array([0.56, -0.14]))
     assert shadows
     plan = planner.plan(make_task([lemon, box], "place", place=(0.56, -0.14)), start_positions())
     careful = replace(scene, shadows=shadows)

@@ -28,7 +28,7 @@ from uncom_tiago_exec.exceptions import RefusedError
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.carry_planner import lean_angle
 from uncom_tiago_exec.planning.plan import GripStep, MoveStep
-from uncom_tiago_exec.scene.object_shape import complete
+from uncom_tiago_exec.scene.object_shape import complete_shape
 from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
 from uncom_tiago_exec.skills.pour import motions, mouth_edge
 from uncom_tiago_exec.types import Stage
@@ -67,8 +67,8 @@ def test_what_is_given_is_held_out_high_over_the_table_and_kept():
 
 def test_the_mouth_stays_over_the_middle_while_everything_stays_above_it():
     rng = np.random.default_rng(3)
-    mug = complete("mug", cylinder_cloud(0.5, 0.2, 0.04, 0.1, rng), TABLE_Z)
-    bowl = complete("bowl", bowl_cloud(0.6, -0.05, 0.085, 0.065, rng), TABLE_Z)
+    mug = complete_shape("mug", cylinder_cloud(0.5, 0.2, 0.04, 0.1, rng), TABLE_Z)
+    bowl = complete_shape("bowl", bowl_cloud(0.6, -0.05, 0.085, 0.065, rng), TABLE_Z)
     ahead = np.array([0.6, -0.8])
     edge = np.append(mouth_edge(mug, ahead), 1.0)
     for motion in motions(mug, bowl, ahead, 0.4, 2.0):

@@ -33,7 +33,7 @@ from uncom_tiago_exec.observation.verification import verify
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.carry_planner import UprightConstraint, lean_angle
 from uncom_tiago_exec.planning.plan import MoveStep
-from uncom_tiago_exec.scene.object_shape import complete
+from uncom_tiago_exec.scene.object_shape import complete_shape
 from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
 from uncom_tiago_exec.types import Stage
 
@@ -220,7 +220,7 @@ def test_a_wide_dish_is_rather_held_beside_its_handle():
     pan = bowl_cloud(0.6, 0.0, 0.11, 0.045, rng)
     angle = np.pi / 2.0
     handle = box_cloud(0.6, 0.19, angle, np.array([0.16, 0.025, 0.015]), rng) + np.array([0.0, 0.0, 0.025])
-    shape = complete("pan", np.vstack([pan, handle]), TABLE_Z)
+    shape = complete_shape("pan", np.vstack([pan, handle]), TABLE_Z)
     assert shape.rim is not None
     best = [g for g in grasp_candidates(shape, np.zeros((0, 3)), robot().gripper("left")) if g.family == "rim"][:4]
     sides = [float((g.pose[:3, 3] + robot().gripper("left").tip * g.approach)[1]) for g in best]

@@ -18,7 +18,7 @@ from uncom_tiago_exec.execution.base_approach import BaseApproach
 from uncom_tiago_exec.execution.task_planner import TaskPlanner
 from uncom_tiago_exec.grasping.grasps import Grasp
 from uncom_tiago_exec.planning.plan import Plan
-from uncom_tiago_exec.scene.obstacles import upright
+from uncom_tiago_exec.scene.obstacles import make_upright_pose
 from uncom_tiago_exec.scene.scene_model import build_scene
 from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
 from uncom_tiago_exec.skills.relay_via_middle import after_moving, middle_places, to_middle
@@ -44,7 +44,7 @@ def test_the_second_half_begins_where_the_first_one_ends():
     task = lemon_far_from_its_place()
     half = to_middle(task, np.array([0.55, 0.0]))
     assert half.target is None
-    motion = upright(np.array([-0.05, -0.38, 0.0]), 0.0)
+    motion = make_upright_pose(np.array([-0.05, -0.38, 0.0]), 0.0)
     rest = after_moving(task, motion)
     assert rest.primitive == task.primitive
     assert np.allclose(rest.target_pose, task.target_pose)

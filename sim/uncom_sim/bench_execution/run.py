@@ -23,7 +23,7 @@ from uncom_perception.types import Scene as Seen
 from uncom_tiago_exec.config import ExecutionConfig
 from uncom_tiago_exec.execution.engine import Engine
 from uncom_tiago_exec.robot.robot_model import RobotModel
-from uncom_tiago_exec.scene.obstacles import upright
+from uncom_tiago_exec.scene.obstacles import make_upright_pose
 from uncom_tiago_exec.types import ManipulationTask, Outcome, Status
 
 from uncom_sim.bench_execution.cases import Case, make_case
@@ -170,7 +170,7 @@ def task_of(case: Case, seen: Seen, states: Iterable[ObjectState]) -> Manipulati
     if target is not None and case.primitive in (Primitive.PUT_IN, Primitive.PUT_ON, Primitive.STACK, Primitive.POUR):
         goal = _nearest(seen, places[target])
     height = seen.table.height_m if seen.table is not None else case.scene.table.height
-    pose = None if case.place is None else upright(np.array([*case.place, height]), 0.0)
+    pose = None if case.place is None else make_upright_pose(np.array([*case.place, height]), 0.0)
     said = case.scene.object(target).kind if target is not None else ""
     return ManipulationTask(
         f"case{case.number}", 0, case.primitive, "none", obj, seen.detections, seen.table, goal, pose, case.kind, said

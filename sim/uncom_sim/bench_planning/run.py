@@ -21,7 +21,7 @@ from uncom_tiago_exec.planning.options import PlannerOptions
 from uncom_tiago_exec.planning.plan import MoveStep, Plan
 from uncom_tiago_exec.robot.arm_group import ArmGroup
 from uncom_tiago_exec.robot.robot_model import RobotModel
-from uncom_tiago_exec.scene.obstacles import upright
+from uncom_tiago_exec.scene.obstacles import make_upright_pose
 from uncom_tiago_exec.skills.manipulation_planner import ManipulationPlanner
 from uncom_tiago_exec.types import SIDES, FloatArray, Obstacle
 
@@ -208,7 +208,7 @@ def shelf_problems(robot: RobotModel, start: dict[str, float], seed: int) -> Ite
     group = robot.group("left", start)
     boards = [((0.72, 0.25, TABLE_Z + 0.42), (0.3, 0.6, 0.02)), ((0.72, 0.56, TABLE_Z + 0.21), (0.3, 0.02, 0.42))]
     boards += [((0.72, -0.06, TABLE_Z + 0.21), (0.3, 0.02, 0.42)), ((0.88, 0.25, TABLE_Z + 0.21), (0.02, 0.6, 0.42))]
-    solids = tuple(Obstacle("shelf", "box", size, upright(np.array(at), 0.0)) for at, size in boards)
+    solids = tuple(Obstacle("shelf", "box", size, make_upright_pose(np.array(at), 0.0)) for at, size in boards)
     home = group.clamp(group.vector(start))
     solids = (*tabletop_solids(rng, 0), *solids)
     checker = _checker(group, solids, home)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from uncom_common.primitive import Primitive
 from uncom_perception.types import Box, Detection, Geometry, TableSurface
-from uncom_tiago_exec.scene.obstacles import upright
+from uncom_tiago_exec.scene.obstacles import make_upright_pose
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Obstacle
 
 from uncom_sim.bench_planning.options import PROBLEMS, ProblemOptions
@@ -17,12 +17,12 @@ _CAMERA = np.array([0.24, 0.02, 1.31])
 
 def tabletop_solids(rng: np.random.Generator, count: int) -> tuple[Obstacle, ...]:
     """Return the table and `count` boxes and cylinders that stand on it, apart from one another."""
-    table = Obstacle("table", "box", (0.56, 1.06, 0.08), upright(np.array([0.7, 0.0, TABLE_Z - 0.04]), 0.0))
+    table = Obstacle("table", "box", (0.56, 1.06, 0.08), make_upright_pose(np.array([0.7, 0.0, TABLE_Z - 0.04]), 0.0))
     solids = [table]
     for i, (x, y) in enumerate(_places(rng, count)):
         height = float(rng.uniform(0.06, 0.22))
         size = (float(rng.uniform(0.05, 0.12)), float(rng.uniform(0.05, 0.08)), height)
-        pose = upright(np.array([x, y, TABLE_Z + height / 2.0]), float(rng.uniform(-np.pi, np.pi)))
+        pose = make_upright_pose(np.array([x, y, TABLE_Z + height / 2.0]), float(rng.uniform(-np.pi, np.pi)))
         if i % 2:
             solids.append(Obstacle(f"thing{i}", "cylinder", (size[1], size[1], height), pose))
         else:
@@ -62,7 +62,7 @@ def pick_and_place(
         seen.append(
             detection(f"thing{i}", _box(x, y, rng, options=options) if i % 2 else _cylinder(x, y, rng, options=options))
         )
-    pose = None if into else upright(np.array([*goal, TABLE_Z]), 0.0)
+    pose = None if into else make_upright_pose(np.array([*goal, TABLE_Z]), 0.0)
     return ManipulationTask(
         "bench",
         0,
@@ -105,7 +105,7 @@ def _ball(
 ) -> FloatArray:
     normals = rng.normal(size=(options.points, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return _seen(normals * radius, normals, upright(np.array([x, y, TABLE_Z + radius]), 0.0), rng)
+    return _seen(normals * radius, normals, make_upright_pose(np.array([x, y, TABLE_Z + radius]), 0.0), rng)
 
 
 def _cylinder(x: float, y: float, rng: np.random.Generator, *, options: ProblemOptions = PROBLEMS) -> FloatArray:
@@ -115,7 +115,7 @@ def _cylinder(x: float, y: float, rng: np.random.Generator, *, options: ProblemO
     wall = ring * radius + np.column_stack([np.zeros((options.points, 2)), rng.uniform(0.0, height, options.points)])
     top = ring * (radius * share)[:, None] + [0.0, 0.0, height]
     normals = np.vstack([ring, np.tile([0.0, 0.0, 1.0], (options.points, 1))])
-    return _seen(np.vstack([wall, top]), normals, upright(np.array([x, y, TABLE_Z]), 0.0), rng)
+    return _seen(np.vstack([wall, top]), normals, make_upright_pose(np.array([x, y, TABLE_Z]), 0.0), rng)
 
 
 def _box(x: float, y: float, rng: np.random.Generator, *, options: ProblemOptions = PROBLEMS) -> FloatArray:
@@ -127,7 +127,7 @@ def _box(x: float, y: float, rng: np.random.Generator, *, options: ProblemOption
     sign = np.where(faces % 2 == 0, 1.0, -1.0)
     normals[rows, faces // 2] = sign
     points[rows, faces // 2] = 0.5 * sign * size[faces // 2]
-    pose = upright(np.array([x, y, TABLE_Z + size[2] / 2.0]), float(rng.uniform(-np.pi, np.pi)))
+    pose = make_upright_pose(np.array([x, y, TABLE_Z + size[2] / 2.0]), float(rng.uniform(-np.pi, np.pi)))
     return _seen(points, normals, pose, rng)
 
 
@@ -144,4 +144,4 @@ def _bowl(x: float, y: float, rng: np.random.Generator, *, options: ProblemOptio
     floor = radius * 0.5 * np.sqrt(rng.uniform(0.0, 1.0, options.points))
     points.append(np.column_stack([ring * floor[:, None], np.full(options.points, 0.006)]))
     normals.append(np.tile([0.0, 0.0, 1.0], (options.points, 1)))
-    return _seen(np.vstack(points), np.vstack(normals), upright(np.array([x, y, TABLE_Z]), 0.0), rng)
+    return _seen(np.vstack(points), np.vstack(normals), make_upright_pose(np.array([x, y, TABLE_Z]), 0.0), rng)

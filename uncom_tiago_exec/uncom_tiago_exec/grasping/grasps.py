@@ -22,7 +22,7 @@ from uncom_tiago_exec.grasping.options import (
     GraspSamplerOptions,
 )
 from uncom_tiago_exec.robot.gripper_shape import GripperShape
-from uncom_tiago_exec.scene.object_shape import ObjectShape, thin
+from uncom_tiago_exec.scene.object_shape import ObjectShape, downsample
 from uncom_tiago_exec.types import FloatArray
 
 
@@ -77,7 +77,7 @@ def grasp_candidates(
     if len(others):
         radius = 0.5 * float(np.linalg.norm(shape.size)) + options.neighbour_reach_m
         distances = np.linalg.norm(others[:, :2] - shape.middle[:2], axis=1)
-        near = thin(others[distances < radius], options.neighbour_voxel_m)
+        near = downsample(others[distances < radius], options.neighbour_voxel_m)
     found = []
     for hand, place, family in propose_hands(shape, options=options):
         grasp = _fit_grasp(shape, near, gripper, hand, place, family, options=options, quality_options=quality_options)

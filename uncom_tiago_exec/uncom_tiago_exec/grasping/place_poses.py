@@ -16,7 +16,7 @@ from uncom_tiago_exec.grasping.grasps import Grasp
 from uncom_tiago_exec.grasping.options import PLACE_POSES, PlacePoseOptions
 from uncom_tiago_exec.robot.gripper_shape import GripperShape
 from uncom_tiago_exec.scene.object_shape import ObjectShape
-from uncom_tiago_exec.scene.obstacles import TABLE, is_shallow, on_table
+from uncom_tiago_exec.scene.obstacles import TABLE, is_on_table, is_shallow
 from uncom_tiago_exec.types import FloatArray, ManipulationTask
 
 
@@ -84,7 +84,7 @@ def destination(
     if task.target_pose is None or task.table is None:
         raise RefusedError(f"I do not know where to put the {what}")
     xy = np.asarray(task.target_pose[:2, 3], dtype=float)
-    if not on_table(task.table, xy, options.table_margin_m):
+    if not is_on_table(task.table, xy, options.table_margin_m):
         raise RefusedError(f"the place for the {what} is not on the table")
     return Destination(xy, task.table.height_m + options.release_gap_m, frozenset({TABLE}))
 

@@ -19,7 +19,7 @@ from uncom_tiago_exec.observation.detection_geometry import (
 from uncom_tiago_exec.observation.options import VERIFICATION, VerificationOptions
 from uncom_tiago_exec.observation.relation_measurement import expected_place, measure_relation, rise_in_opening
 from uncom_tiago_exec.planning.plan import Plan
-from uncom_tiago_exec.scene.object_shape import shape_of
+from uncom_tiago_exec.scene.object_shape import complete_detection
 from uncom_tiago_exec.types import FloatArray, ManipulationTask
 
 
@@ -118,7 +118,9 @@ class _Verification:
     def _error(self, goal: FloatArray) -> float:
         """Return the distance of the nearest object from a place (2,) [m]; infinite if nothing is seen."""
         # The middle of a pan is that of its round part: shapes are completed as they were before the grasp.
-        middles = np.array([shape_of(d, self._plan.scene.table_z).middle[:2] for d in self._seen]).reshape(-1, 2)
+        middles = np.array([complete_detection(d, self._plan.scene.table_z).middle[:2] for d in self._seen]).reshape(
+            -1, 2
+        )
         return float(np.linalg.norm(middles - goal, axis=1).min()) if len(middles) else np.inf
 
     def _goes_inside(self) -> bool:

@@ -63,7 +63,7 @@ class ObjectShape:
         return np.array([xy[0], xy[1], 0.5 * (self.bottom + self.top)])
 
 
-def shape_of(
+def complete_detection(
     detection: Detection, table_z: float, options: ShapeCompletionOptions = SHAPE_COMPLETION, rims: RimOptions = RIM
 ) -> ObjectShape:
     """Complete a detection that stands on a table at height table_z [m].
@@ -79,10 +79,10 @@ def shape_of(
     if len(cloud) < options.least_points:
         size = np.maximum(detection.geometry.size, options.least_size_m)
         cloud = _box_points(detection.geometry.pose, size, options.voxel_m)
-    return complete(name, cloud, table_z, options, rims)
+    return complete_shape(name, cloud, table_z, options, rims)
 
 
-def complete(
+def complete_shape(
     name: str,
     cloud: FloatArray,
     table_z: float,
@@ -90,7 +90,7 @@ def complete(
     rims: RimOptions = RIM,
 ) -> ObjectShape:
     """Complete visible points (N, 3) of one object that stands at height table_z [m]."""
-    visible = thin(cloud, options.voxel_m)
+    visible = downsample(cloud, options.voxel_m)
     top = max(float(np.quantile(visible[:, 2], options.top_quantile)), table_z + options.least_height_m)
     rim_circle = fit_rim(visible, table_z, rims)
     rim = None if rim_circle is None else _rim(visible, rim_circle, top, table_z, rims)
@@ -115,7 +115,7 @@ def _rim(visible: FloatArray, circle: Circle, top: float, table_z: float, option
     return Rim(circle.centre, circle.radius, edge, min(low, edge - options.least_depth_m))
 
 
-def thin(points: FloatArray, voxel: float) -> FloatArray:
+def downsample(points: FloatArray, voxel: float) -> FloatArray:
     """Keep one point (their mean) of each cube of side `voxel` [m]."""
     if len(points) == 0:
         return points
@@ -163,7 +163,7 @@ def _revolve(
     radius = np.linalg.norm(offset, axis=1)
     bulging = _bulging(offset, radius, visible[:, 2], axis.radius, options)
     body = (radius <= axis.radius + options.uneven_m) | bulging
-    profile = thin(np.column_stack([radius[body], np.zeros(body.sum()), visible[body, 2]]), voxel)
+    profile = downsample(np.column_stack([radius[body], np.zeros(body.sum()), visible[body, 2]]), voxel)
     if solid and len(profile):
         widest = float(profile[:, 0].max())
         lowest = float(profile[profile[:, 0] > widest - options.widest_m, 2].min())
@@ -173,7 +173,7 @@ def _revolve(
     ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     turned = (axis.centre + profile[:, None, :1] * ring[None]).reshape(-1, 2)
     heights = np.repeat(profile[:, 2], len(angles))
-    return np.vstack([thin(np.column_stack([turned, heights]), voxel), visible[~body]])
+    return np.vstack([downsample(np.column_stack([turned, heights]), voxel), visible[~body]])
 
 
 def _bulging(
@@ -209,7 +209,7 @@ def _fill(visible: FloatArray, table_z: float, options: ShapeCompletionOptions) 
             inner = cv2.erode(cv2.morphologyEx(covered, cv2.MORPH_CLOSE, _EIGHT_NEIGHBOURS), _EIGHT_NEIGHBOURS)
             above &= inner[tuple(cells.T)] == 0
         layers.append(np.column_stack([visible[above, :2], np.full(int(np.count_nonzero(above)), level)]))
-    return thin(np.vstack(layers), options.voxel_m)
+    return downsample(np.vstack(layers), options.voxel_m)
 
 
 def _box_points(pose: FloatArray, size: FloatArray, spacing: float) -> FloatArray:

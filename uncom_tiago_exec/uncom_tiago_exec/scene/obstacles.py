@@ -31,10 +31,10 @@ def table_obstacle(table: TableSurface | None, options: SolidOptions = SOLIDS) -
     border, thickness = options.table_border_m, options.table_thickness_m
     size = (float(extent[0]) + 2 * border, float(extent[1]) + 2 * border, thickness)
     middle = np.array([centre[0], centre[1], table.height_m - thickness / 2.0])
-    return Obstacle(TABLE, "box", size, upright(middle, yaw))
+    return Obstacle(TABLE, "box", size, make_upright_pose(middle, yaw))
 
 
-def upright(position: FloatArray, yaw: float) -> FloatArray:
+def make_upright_pose(position: FloatArray, yaw: float) -> FloatArray:
     """Return the pose (4, 4) at a position (3,) turned by yaw about the vertical."""
     pose = np.eye(4)
     pose[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
@@ -42,7 +42,7 @@ def upright(position: FloatArray, yaw: float) -> FloatArray:
     return pose
 
 
-def solids_of(
+def enclose_shape(
     shape: ObjectShape, name: str | None = None, pad: float | None = None, options: SolidOptions = SOLIDS
 ) -> tuple[Obstacle, ...]:
     """Return boxes and cylinders that hold a shape.
@@ -90,7 +90,10 @@ def _dish(
     floor = max(rim.floor_z - bottom, options.least_floor_m)
     solids = [
         Obstacle(
-            name, "cylinder", (2.0 * outer, 2.0 * outer, floor), upright(np.array([*rim.centre, bottom + floor / 2]), 0)
+            name,
+            "cylinder",
+            (2.0 * outer, 2.0 * outer, floor),
+            make_upright_pose(np.array([*rim.centre, bottom + floor / 2]), 0),
         )
     ]
     height = rim.z - bottom + pad
@@ -99,7 +102,9 @@ def _dish(
     for angle in np.arange(count) * 2.0 * np.pi / count:
         xy = rim.centre + middle * np.array([np.cos(angle), np.sin(angle)])
         size = (outer - inner, float(across), height)
-        solids.append(Obstacle(name, "box", size, upright(np.array([*xy, bottom + height / 2.0]), float(angle))))
+        solids.append(
+            Obstacle(name, "box", size, make_upright_pose(np.array([*xy, bottom + height / 2.0]), float(angle)))
+        )
     return solids
 
 
@@ -121,7 +126,7 @@ def _discs(
     for low, high, radius in parts:
         size = (2.0 * (radius + pad), 2.0 * (radius + pad), high - low + pad)
         middle = np.array([centre[0], centre[1], 0.5 * (low + high + pad)])
-        solids.append(Obstacle(name, "cylinder", size, upright(middle, 0.0)))
+        solids.append(Obstacle(name, "cylinder", size, make_upright_pose(middle, 0.0)))
     return solids
 
 
@@ -144,7 +149,7 @@ def _boxes(
     height = max(top - bottom, options.least_height_m) + pad
     size = (float(extent[0]) + 2 * pad, float(extent[1]) + 2 * pad, height)
     middle = np.array([centre[0], centre[1], bottom + size[2] / 2.0])
-    return [Obstacle(name, "box", size, upright(middle, yaw))]
+    return [Obstacle(name, "box", size, make_upright_pose(middle, yaw))]
 
 
 def attach(solids: tuple[Obstacle, ...], hand: FloatArray, options: SolidOptions = SOLIDS) -> Attachment:
@@ -159,7 +164,7 @@ def attach(solids: tuple[Obstacle, ...], hand: FloatArray, options: SolidOptions
     return Attachment(tuple(parts))
 
 
-def on_table(table: TableSurface, xy: FloatArray, margin: float) -> bool:
+def is_on_table(table: TableSurface, xy: FloatArray, margin: float) -> bool:
     """Tell whether a place (2,) lies on the table, at least `margin` [m] inside its outline."""
     outline = shapely.Polygon(np.asarray(table.polygon)[:, :2]).buffer(-margin)
     return bool(outline.contains(shapely.Point(float(xy[0]), float(xy[1]))))

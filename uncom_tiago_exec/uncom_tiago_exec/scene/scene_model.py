@@ -10,8 +10,8 @@ import numpy as np
 from uncom_perception.types import Detection
 
 from uncom_tiago_exec.exceptions import ExecutionError
-from uncom_tiago_exec.scene.object_shape import ObjectShape, shape_of
-from uncom_tiago_exec.scene.obstacles import solids_of, table_obstacle
+from uncom_tiago_exec.scene.object_shape import ObjectShape, complete_detection
+from uncom_tiago_exec.scene.obstacles import enclose_shape, table_obstacle
 from uncom_tiago_exec.scene.options import SCENE_MATCHING, SOLIDS, SceneMatchingOptions
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Obstacle
 
@@ -45,9 +45,9 @@ class SceneModel:
         """Return all solids, with or without the object to move."""
         if not self._solids:
             shapes = [*self.others, *((self.target,) if self.target else ())]
-            self._solids["still"] = tuple(solid for shape in shapes for solid in solids_of(shape))
-            self._solids["moved"] = solids_of(self.moved)
-            self._solids["held"] = solids_of(self.moved, pad=SOLIDS.held_pad_m)
+            self._solids["still"] = tuple(solid for shape in shapes for solid in enclose_shape(shape))
+            self._solids["moved"] = enclose_shape(self.moved)
+            self._solids["held"] = enclose_shape(self.moved, pad=SOLIDS.held_pad_m)
         moved = self._solids["moved"] if with_moved else ()
         return (self.table, *self._solids["still"], *self.shadows, *moved)
 
@@ -88,7 +88,7 @@ def build_scene(task: ManipulationTask, options: SceneMatchingOptions = SCENE_MA
 
 
 def _named(detection: Detection, height: float, name: str) -> ObjectShape:
-    shape = shape_of(detection, height)
+    shape = complete_detection(detection, height)
     return ObjectShape(
         name,
         shape.points,

@@ -26,7 +26,7 @@ from uncom_tiago_exec.planning.arm_planner import TABLE_ONLY, ArmPlanner
 from uncom_tiago_exec.planning.plan import Plan
 from uncom_tiago_exec.skills.motion_steps import Reach
 from uncom_tiago_exec.skills.options import GRASP_ORDER, GRASP_SEARCH
-from uncom_tiago_exec.skills.release import let_go
+from uncom_tiago_exec.skills.release import plan_release
 from uncom_tiago_exec.skills.skill import PlanRequest
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Side
 
@@ -98,7 +98,7 @@ def _reach(arm: ArmPlanner, grasp: Grasp, goal: Destination | None, effort: int)
         approach = arm.straight(reaching, q, -grasp.retreat * grasp.approach)[::-1]
         lift = arm.lift_path(arm.carrying(grasp, TABLE_ONLY), q, _lift_heights(arm, goal))
         taken = Reach(arm, grasp, approach, lift)
-        found = taken if goal is None else let_go(arm, grasp, goal, taken, effort)
+        found = taken if goal is None else plan_release(arm, grasp, goal, taken, effort)
         arm.last_reaching = q
         return found
 
@@ -124,7 +124,7 @@ def same_grasp(a: FloatArray, b: FloatArray, slack: float = 1.0) -> bool:
     )
 
 
-def in_order(
+def rank_grasps(
     arms: Mapping[Side, ArmPlanner], grasps: Sequence[Grasp], goal: Destination | None, like: Plan | None = None
 ) -> list[tuple[ArmPlanner, Grasp]]:
     """Sort pairs of arm and grasp by worth: quality, arm on the right side, hand not turned back to the robot.

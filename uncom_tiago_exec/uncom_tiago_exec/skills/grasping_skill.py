@@ -17,7 +17,7 @@ from uncom_tiago_exec.grasping.grasps import Grasp, grasp_candidates
 from uncom_tiago_exec.planning.alternatives import Alternatives, Record
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.plan import Plan, Step
-from uncom_tiago_exec.skills.grasp_search import in_order, same_grasp, search_grasps
+from uncom_tiago_exec.skills.grasp_search import rank_grasps, same_grasp, search_grasps
 from uncom_tiago_exec.skills.motion_steps import Reach
 from uncom_tiago_exec.skills.options import GRASPING
 from uncom_tiago_exec.skills.skill import PlanRequest, Skill
@@ -66,7 +66,7 @@ class GraspingSkill(Skill):
         if not grasps:
             raise RefusedError(f"I see no way to take hold of the {request.task.object_text or 'object'}")
         found_at = time.thread_time()
-        reaches = self._search(request, in_order(request.arms, grasps, request.goal, request.like))
+        reaches = self._search(request, rank_grasps(request.arms, grasps, request.goal, request.like))
         searched_at = time.thread_time()
         plan = self._connect(request, reaches)
         timings = {

@@ -15,11 +15,11 @@ from uncom_tiago_exec.planning.alternatives import BLOCKED, Alternatives, Attemp
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.plan import Plan
 from uncom_tiago_exec.robot.robot_model import RobotModel
-from uncom_tiago_exec.scene.occlusion import shadows_of
+from uncom_tiago_exec.scene.occlusion import find_occluded_space
 from uncom_tiago_exec.scene.scene_model import SceneModel, build_scene, replace_moved
 from uncom_tiago_exec.skills.motion_steps import Reach, placing_steps
 from uncom_tiago_exec.skills.registry import SKILLS, SkillRegistry
-from uncom_tiago_exec.skills.release import let_go
+from uncom_tiago_exec.skills.release import plan_release
 from uncom_tiago_exec.skills.skill import PlanRequest
 from uncom_tiago_exec.types import SIDES, FloatArray, ManipulationTask
 
@@ -56,7 +56,7 @@ class ManipulationPlanner:
         started = time.monotonic()
         scene = build_scene(task)
         goal = self.skills[task.primitive].destination(task, scene)
-        shadows = shadows_of(scene, self.robot.camera(positions), None if goal is None else goal.xy)
+        shadows = find_occluded_space(scene, self.robot.camera(positions), None if goal is None else goal.xy)
         log = AttemptLog()
 
         def plan_in(seen: SceneModel) -> Plan:
@@ -90,7 +90,7 @@ class ManipulationPlanner:
         arm = ArmPlanner(self.robot, held.side, positions, scene, self.config)
         here = arm.group.clamp(arm.start)
         taken = Reach(arm, held.grasp, here[None], np.vstack([here, here]))
-        reach = let_go(arm, held.grasp, goal, taken, 2)
+        reach = plan_release(arm, held.grasp, goal, taken, 2)
         steps = placing_steps(reach, held.home, 0.0)
         plan = Plan(held.side, steps, scene, held.grasp, reach.place.motion if reach.place else None)
         return _timed(replace(plan, timings_s={"held": time.thread_time() - began}), started)

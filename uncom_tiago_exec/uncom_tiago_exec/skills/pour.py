@@ -73,7 +73,7 @@ class PourSkill(GraspingSkill):
 
 
 @dataclass(frozen=True, slots=True)
-class Pour:
+class PourPath:
     """Joint paths of a pour: to over the target, and tilting there (to be gone back afterwards)."""
 
     over: FloatArray
@@ -108,7 +108,7 @@ def motions(moved: ObjectShape, target: ObjectShape, ahead: FloatArray, turn: fl
 
 def find_pour(
     arm: ArmPlanner, grasp: Grasp, lifted: FloatArray, names: tuple[str, str], *, strict: bool = False
-) -> Pour:
+) -> PourPath:
     """Return a pour with a grasp, from where the object was lifted to (8,); names: of object and target.
 
     Raises:
@@ -129,9 +129,9 @@ def find_pour(
         q, poses = start
         return q, follow_poses(arm.solver, carrying, q, poses[1:])
 
-    def bring_upright(tilted: tuple[FloatArray, FloatArray]) -> Pour:
+    def bring_upright(tilted: tuple[FloatArray, FloatArray]) -> PourPath:
         q, tilting = tilted
-        return Pour(plan_upright_motion(arm, grasp, lifted, q, strict=True), tilting)
+        return PourPath(plan_upright_motion(arm, grasp, lifted, q, strict=True), tilting)
 
     error, deadline_s = UnreachableError("place"), time.thread_time() + POUR.time_s
     reachable = (InCollisionError, UnreachableError)
@@ -143,12 +143,12 @@ def find_pour(
         return pour
     if pours.failures and not strict:  # what can only be got to by leaning on the way
         (q, tilting), _ = pours.failures[0]
-        return Pour(plan_upright_motion(arm, grasp, lifted, q), tilting)
+        return PourPath(plan_upright_motion(arm, grasp, lifted, q), tilting)
     _LOG.debug("no pour: %s; %s; %s", begun.error, tilted.error, pours.error)
     raise PlanningError(f"I cannot tilt the {what} over the {into}") from tilted.error
 
 
-def pouring_steps(reach: Reach, pour: Pour) -> tuple[Step, ...]:
+def pouring_steps(reach: Reach, pour: PourPath) -> tuple[Step, ...]:
     """Return the steps from the lifted object to over the target, tilting there, and upright again."""
     arm, carrying = reach.arm, reach.arm.carrying(reach.grasp, frozenset())
     pace = min(reach.carrying_pace, 0.6)

@@ -21,8 +21,8 @@ from uncom_tiago_exec.grasping.place_poses import Destination, destination
 from uncom_tiago_exec.planning.alternatives import BLOCKED, Alternatives, Record
 from uncom_tiago_exec.planning.arm_planner import ArmPlanner
 from uncom_tiago_exec.planning.plan import GripStep, Plan, Step
-from uncom_tiago_exec.scene.object_shape import thin
-from uncom_tiago_exec.scene.obstacles import on_table
+from uncom_tiago_exec.scene.object_shape import downsample
+from uncom_tiago_exec.scene.obstacles import is_on_table
 from uncom_tiago_exec.scene.scene_model import SceneModel
 from uncom_tiago_exec.skills.motion_steps import end_at, move
 from uncom_tiago_exec.skills.options import PUSH
@@ -64,11 +64,11 @@ def plan_push(request: PlanRequest) -> Plan:
     pushes = find_pushes(request, request.goal)
     options = [(push, turned) for turned in (True, True, False) for push in pushes]
 
-    def connect(option: tuple[Push, bool]) -> Plan:
+    def connect(option: tuple[PushPath, bool]) -> Plan:
         push, turned = option
         return Plan(push.arm.side, pushing_steps(push, turned=turned), request.scene, None, push.motion)
 
-    def name(option: tuple[Push, bool]) -> str:
+    def name(option: tuple[PushPath, bool]) -> str:
         return f"{option[0].arm.side}, {'room to turn' if option[1] else 'as pushed'}"
 
     error = PlanningError("no push was found")
@@ -78,7 +78,7 @@ def plan_push(request: PlanRequest) -> Plan:
 
 
 @dataclass(frozen=True, slots=True)
-class Push:
+class PushPath:
     """Joint paths of a push that works: down behind the object, along with it, and back and up."""
 
     arm: ArmPlanner
@@ -99,7 +99,7 @@ def _gap(scene: SceneModel) -> float:
     return min(PUSH.most_gap_m, PUSH.gap_share * float(scene.moved.size[1]))
 
 
-def find_pushes(request: PlanRequest, goal: Destination) -> list[Push]:
+def find_pushes(request: PlanRequest, goal: Destination) -> list[PushPath]:
     """Return pushes of the moved object's middle to its destination on the table, the quickest first, some of each arm.
 
     Raises:
@@ -114,7 +114,7 @@ def find_pushes(request: PlanRequest, goal: Destination) -> list[Push]:
     if length < PUSH.there_m:
         raise RefusedError(f"the {what} is already there")
     _check_way(scene, task, way, what)
-    found: list[Push] = []
+    found: list[PushPath] = []
     error: ExecutionError = UnreachableError(f"the {what} is out of reach of both arms to push it there")
     for arm in request.arms.values():
         pushes = _pushes_of(arm, request, way, error)
@@ -124,12 +124,12 @@ def find_pushes(request: PlanRequest, goal: Destination) -> list[Push]:
         if isinstance(error, InCollisionError):
             raise InCollisionError(f"I cannot get behind the {what} to push it there", error.contacts)
         raise error
-    return sorted(found, key=Push.cost)
+    return sorted(found, key=PushPath.cost)
 
 
 def _pushes_of(
     arm: ArmPlanner, request: PlanRequest, way: FloatArray, error: ExecutionError
-) -> Alternatives[tuple[FloatArray, FloatArray], Push]:
+) -> Alternatives[tuple[FloatArray, FloatArray], PushPath]:
     """Return the pushes of one arm along a way (2,), as alternatives; error is the last failure before them."""
     length = float(np.linalg.norm(way))
     return Alternatives(
@@ -143,8 +143,8 @@ def _pushes_of(
 
 def _check_way(scene: SceneModel, task: ManipulationTask, way: FloatArray, what: str) -> None:
     """Refuse a push off the table or against something else."""
-    points = thin(scene.moved.points, 0.008)
-    if task.table is not None and not on_table(task.table, scene.moved.middle[:2] + way, 0.03):
+    points = downsample(scene.moved.points, 0.008)
+    if task.table is not None and not is_on_table(task.table, scene.moved.middle[:2] + way, 0.03):
         raise RefusedError(f"the place for the {what} is not on the table")
     others = scene.neighbours
     low = others[others[:, 2] < scene.moved.top + 0.01, :2] if len(others) else np.zeros((0, 2))
@@ -184,7 +184,7 @@ def _hands(
             yield start, end
 
 
-def _push(arm: ArmPlanner, start: FloatArray, end: FloatArray, way: FloatArray) -> Push:
+def _push(arm: ArmPlanner, start: FloatArray, end: FloatArray, way: FloatArray) -> PushPath:
     gap = _gap(arm.scene)
     pushing = arm.pushing(gap)
     motion = np.eye(4)
@@ -192,11 +192,11 @@ def _push(arm: ArmPlanner, start: FloatArray, end: FloatArray, way: FloatArray) 
     behind = arm.reaching(gap)  # fingers only: a palm that touched what is tall would tip it over
     touch = (end - start)[:3, 3] * (PUSH.before_m / np.linalg.norm((end - start)[:3, 3]))
 
-    def push_from(q: FloatArray) -> Push:
+    def push_from(q: FloatArray) -> PushPath:
         down = arm.lift_path(behind, q, PUSH.heights_m)[::-1]
         arm.straight(behind, q, touch)
         along = arm.straight(pushing, q, end[:3, 3] - start[:3, 3])
-        return Push(arm, down, along, _out(arm, along[-1], way), motion, gap)
+        return PushPath(arm, down, along, _out(arm, along[-1], way), motion, gap)
 
     solutions = arm.solver.solutions(start, [arm.start], behind, count=4, restarts=0)
     error = PlanningError("no straight way to push")
@@ -221,7 +221,7 @@ def _out(arm: ArmPlanner, q: FloatArray, way: FloatArray) -> FloatArray:
     return Alternatives((*PUSH.back_m, 0.0), leave, error=error, recoverable=BLOCKED).first()
 
 
-def pushing_steps(push: Push, *, turned: bool) -> tuple[Step, ...]:
+def pushing_steps(push: PushPath, *, turned: bool) -> tuple[Step, ...]:
     """Return the steps of a push; turned, they leave room for the object whichever way it has turned."""
     arm, gap = push.arm, push.gap
     free, pushing, away = arm.free(gap), arm.pushing(gap), arm.leaving(gap, push.motion, frozenset())

@@ -11,20 +11,20 @@ from uncom_common.primitive import Primitive
 from uncom_perception.types import Detection
 
 from uncom_tiago_exec.scene.object_shape import smallest_rectangle
-from uncom_tiago_exec.scene.obstacles import on_table, upright
+from uncom_tiago_exec.scene.obstacles import is_on_table, make_upright_pose
 from uncom_tiago_exec.skills.options import RELAY
 from uncom_tiago_exec.types import FloatArray, ManipulationTask
 
 
 def middle_places(task: ManipulationTask) -> list[FloatArray]:
     """Return a few free places (2,) before the robot where the object can stand, those halfway first."""
-    table, thing = task.table, task.object.geometry
-    if table is None or thing is None or (task.target_pose is None and task.target is None):
+    table, geometry = task.table, task.object.geometry
+    if table is None or geometry is None or (task.target_pose is None and task.target is None):
         return []
-    outline = np.asarray(thing.cloud, dtype=float)[:, :2]
+    outline = np.asarray(geometry.cloud, dtype=float)[:, :2]
     middle, _, extent = smallest_rectangle(outline)
     radius = 0.5 * float(extent[0])  # on the table however it is turned
-    narrow = 0.5 * float(extent[1])  # beside other objects in one way at least; planning finds which
+    narrow = 0.5 * float(extent[1])  # beside other objects in one orientation at least; planning finds which
     others = [np.asarray(d.geometry.cloud, dtype=float)[:, :2] for d in _others(task) if d.geometry is not None]
     tree = cKDTree(np.vstack(others)) if others else None
     goal = _goal(task)
@@ -42,7 +42,9 @@ def middle_places(task: ManipulationTask) -> list[FloatArray]:
     for place in [*([half] if room(half) >= RELAY.clearance_m else []), *places]:
         if len(found) >= RELAY.most_places:
             break
-        if not on_table(table, place, radius + 0.02) or any(np.linalg.norm(place - p) < RELAY.apart_m for p in found):
+        if not is_on_table(table, place, radius + 0.02) or any(
+            np.linalg.norm(place - p) < RELAY.apart_m for p in found
+        ):
             continue
         if (
             min(np.linalg.norm(place - middle), np.linalg.norm(place - goal)) < RELAY.least_way_m
@@ -56,7 +58,7 @@ def middle_places(task: ManipulationTask) -> list[FloatArray]:
 def to_middle(task: ManipulationTask, place: FloatArray, primitive: Primitive = Primitive.PLACE) -> ManipulationTask:
     """Return the first half: the object to a place (2,) on the table, by a primitive."""
     height = task.table.height_m if task.table is not None else 0.0
-    pose = upright(np.array([place[0], place[1], height]), 0.0)
+    pose = make_upright_pose(np.array([place[0], place[1], height]), 0.0)
     return replace(
         task, primitive=primitive, relation="none", target=None, target_pose=pose, target_text="", scene=_all(task)
     )
@@ -64,17 +66,17 @@ def to_middle(task: ManipulationTask, place: FloatArray, primitive: Primitive = 
 
 def after_moving(task: ManipulationTask, motion: FloatArray) -> ManipulationTask:
     """Return the second half as it will be once the object was moved by `motion` (4, 4)."""
-    thing = task.object
-    if thing.geometry is None:
+    detection = task.object
+    if detection.geometry is None:
         return task
-    cloud = np.asarray(thing.geometry.cloud, dtype=float) @ motion[:3, :3].T + motion[:3, 3]
+    cloud = np.asarray(detection.geometry.cloud, dtype=float) @ motion[:3, :3].T + motion[:3, 3]
     geometry = replace(
-        thing.geometry,
+        detection.geometry,
         centroid=cloud.mean(axis=0),
-        pose=motion @ thing.geometry.pose,
-        cloud=cloud.astype(np.asarray(thing.geometry.cloud).dtype),
+        pose=motion @ detection.geometry.pose,
+        cloud=cloud.astype(np.asarray(detection.geometry.cloud).dtype),
     )
-    return replace(task, object=replace(thing, geometry=geometry), scene=_others(task))
+    return replace(task, object=replace(detection, geometry=geometry), scene=_others(task))
 
 
 def _goal(task: ManipulationTask) -> FloatArray:

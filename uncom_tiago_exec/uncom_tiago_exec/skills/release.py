@@ -16,7 +16,7 @@ from uncom_tiago_exec.skills.motion_steps import Reach
 from uncom_tiago_exec.skills.options import RELEASE
 
 
-def let_go(arm: ArmPlanner, grasp: Grasp, goal: Destination, taken: Reach, effort: int) -> Reach:
+def plan_release(arm: ArmPlanner, grasp: Grasp, goal: Destination, taken: Reach, effort: int) -> Reach:
     """Complete a reach by the place option that is quickly got to, among the first few that work."""
     carrying = arm.carrying(grasp, goal.touches)
     gap = min(grasp.opening, grasp.width + 0.03)
@@ -32,7 +32,7 @@ def let_go(arm: ArmPlanner, grasp: Grasp, goal: Destination, taken: Reach, effor
     reached = Alternatives(options, reach, error=UnreachableError("place"), uninformative=out_of_reach)
     while few := _next_few(reached):
         quickest_first = sorted(few, key=Reach.hop)  # ways out are looked at last: each needs a scene anew
-        left = Alternatives(quickest_first, _left, error=reached.error, uninformative=out_of_reach)
+        left = Alternatives(quickest_first, _add_retreat, error=reached.error, uninformative=out_of_reach)
         for found in left:
             return found
         reached.error = left.error
@@ -49,7 +49,7 @@ def _next_few(reached: Iterator[Reach]) -> list[Reach]:
     return few
 
 
-def _left(reach: Reach) -> Reach:
+def _add_retreat(reach: Reach) -> Reach:
     """Complete a reach by the straight way out after letting go."""
     arm, place, lower = reach.arm, reach.place, reach.lower
     if place is None or lower is None:
