@@ -16,7 +16,7 @@ from uncom_tiago_exec.planning.carry_planner import plan_upright_motion
 from uncom_tiago_exec.planning.plan import Step
 from uncom_tiago_exec.skills.grasping_skill import GraspingSkill
 from uncom_tiago_exec.skills.motion_steps import Reach, move, taking_steps
-from uncom_tiago_exec.skills.options import GIVE
+from uncom_tiago_exec.skills.options import GIVE, GiveOptions
 from uncom_tiago_exec.skills.skill import ObjectEnd
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage
 
@@ -27,13 +27,17 @@ class GiveSkill(GraspingSkill):
     primitives: ClassVar[tuple[Primitive, ...]] = (Primitive.GIVE,)
     object_end: ClassVar[ObjectEnd] = ObjectEnd.IN_HAND
 
+    def __init__(self, options: GiveOptions = GIVE) -> None:
+        """Take what tunes the skill."""
+        self.options = options
+
     def steps(self, reach: Reach, task: ManipulationTask, *, strict: bool) -> tuple[Step, ...]:
         """Return the steps to the lifted object, and to where it is held out; the arm stays there."""
         taking = taking_steps(reach)
         arm, grasp = reach.arm, reach.grasp
-        path = held_out(arm, grasp, reach.lift[-1])
+        path = plan_hold_out(arm, grasp, reach.lift[-1], self.options)
         carrying = arm.carrying(grasp, frozenset())
-        pace = min(reach.carrying_pace, 0.8)
+        pace = min(reach.carrying_pace, self.options.pace)
         return (*taking, move(arm, Stage.TRANSFERRING, (path, carrying, pace), "holding it out"))
 
     def done_text(self, task: ManipulationTask, held: str) -> str:
@@ -41,7 +45,7 @@ class GiveSkill(GraspingSkill):
         return f"here is the {held}"
 
 
-def held_out(arm: ArmPlanner, grasp: Grasp, lifted: FloatArray) -> FloatArray:
+def plan_hold_out(arm: ArmPlanner, grasp: Grasp, lifted: FloatArray, options: GiveOptions = GIVE) -> FloatArray:
     """Return the path (N, 8) from the lifted object (8,) to where it is held out, upright, over the table's far half.
 
     Raises:
@@ -61,7 +65,7 @@ def held_out(arm: ArmPlanner, grasp: Grasp, lifted: FloatArray) -> FloatArray:
 
     no_room = PlanningError("there is no room to hold that out to you")
     paths = Alternatives(
-        ((place, turn) for place in GIVE.places_m for turn in np.radians(GIVE.turns_deg)), hold_out, error=no_room
+        ((place, turn) for place in options.places_m for turn in np.radians(options.turns_deg)), hold_out, error=no_room
     )
     for path in paths:
         return path

@@ -25,7 +25,7 @@ from uncom_tiago_exec.planning.alternatives import BLOCKED, Alternatives, Record
 from uncom_tiago_exec.planning.arm_planner import TABLE_ONLY, ArmPlanner
 from uncom_tiago_exec.planning.plan import Plan
 from uncom_tiago_exec.skills.motion_steps import Reach
-from uncom_tiago_exec.skills.options import GRASP_ORDER, GRASP_SEARCH
+from uncom_tiago_exec.skills.options import GRASP_ORDER, GRASP_SEARCH, GraspOrderOptions, GraspSearchOptions
 from uncom_tiago_exec.skills.release import plan_release
 from uncom_tiago_exec.skills.skill import PlanRequest
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Side
@@ -33,7 +33,9 @@ from uncom_tiago_exec.types import FloatArray, ManipulationTask, Side
 _LOG = logging.getLogger(__name__)
 
 
-def search_grasps(ordered: Sequence[tuple[ArmPlanner, Grasp]], request: PlanRequest) -> list[Reach]:
+def search_grasps(
+    ordered: Sequence[tuple[ArmPlanner, Grasp]], request: PlanRequest, options: GraspSearchOptions = GRASP_SEARCH
+) -> list[Reach]:
     """Return the first few grasps that work from start to end, cheapest first.
 
     Raises:
@@ -42,9 +44,9 @@ def search_grasps(ordered: Sequence[tuple[ArmPlanner, Grasp]], request: PlanRequ
     deadline_s = time.thread_time() + request.config.planning_time_s
     found: list[Reach] = []
     failures: Counter[str] = Counter()
-    for effort in GRASP_SEARCH.efforts:
+    for effort in options.efforts:
         search = _search_with(effort, ordered, request, deadline_s)
-        found = list(islice(search, GRASP_SEARCH.enough))
+        found = list(islice(search, options.enough))
         failures.update(failure_of(error) for _, error in search.failures)
         if found:
             break
@@ -97,8 +99,8 @@ def _reach(arm: ArmPlanner, grasp: Grasp, goal: Destination | None, effort: int)
     def reach(q: FloatArray) -> Reach:
         approach = arm.straight(reaching, q, -grasp.retreat * grasp.approach)[::-1]
         lift = arm.lift_path(arm.carrying(grasp, TABLE_ONLY), q, _lift_heights(arm, goal))
-        taken = Reach(arm, grasp, approach, lift)
-        found = taken if goal is None else plan_release(arm, grasp, goal, taken, effort)
+        lifted = Reach(arm, grasp, approach, lift)
+        found = lifted if goal is None else plan_release(arm, grasp, goal, lifted, effort)
         arm.last_reaching = q
         return found
 
@@ -116,16 +118,18 @@ def _lift_heights(arm: ArmPlanner, goal: Destination | None) -> tuple[float, ...
     return GRASP_SEARCH.hold_heights_m
 
 
-def same_grasp(a: FloatArray, b: FloatArray, slack: float = 1.0) -> bool:
-    """Tell whether two hand poses (4, 4) are nearer than `slack` times 1.5 cm and 20 degrees."""
+def same_grasp(a: FloatArray, b: FloatArray, slack: float = 1.0, options: GraspOrderOptions = GRASP_ORDER) -> bool:
+    """Tell whether two hand poses (4, 4) are nearer than `slack` times the distance and turn of the options."""
     turn = np.arccos(np.clip((np.trace(a[:3, :3].T @ b[:3, :3]) - 1.0) / 2.0, -1.0, 1.0))
-    return bool(
-        np.linalg.norm(a[:3, 3] - b[:3, 3]) < GRASP_ORDER.alike_m * slack and turn < GRASP_ORDER.alike_rad * slack
-    )
+    return bool(np.linalg.norm(a[:3, 3] - b[:3, 3]) < options.alike_m * slack and turn < options.alike_rad * slack)
 
 
 def rank_grasps(
-    arms: Mapping[Side, ArmPlanner], grasps: Sequence[Grasp], goal: Destination | None, like: Plan | None = None
+    arms: Mapping[Side, ArmPlanner],
+    grasps: Sequence[Grasp],
+    goal: Destination | None,
+    like: Plan | None = None,
+    options: GraspOrderOptions = GRASP_ORDER,
 ) -> list[tuple[ArmPlanner, Grasp]]:
     """Sort pairs of arm and grasp by worth: quality, arm on the right side, hand not turned back to the robot.
 
@@ -134,22 +138,26 @@ def rank_grasps(
     scored = []
     for side, arm in arms.items():
         sign = 1.0 if side == "left" else -1.0
-        shoulder = np.array([-0.03, sign * ROBOT.shoulder_y_m])
+        shoulder = np.array([options.shoulder_x_m, sign * ROBOT.shoulder_y_m])
         for grasp in grasps:
             at = grasp.pose[:2, 3]
             far = at if goal is None else max((at, goal.xy), key=lambda p: -sign * float(p[1]))
             crossing = max(0.0, -sign * float(far[1]))
             yaw = np.arctan2(-grasp.pose[0, 1], grasp.pose[1, 1])
             azimuth = np.arctan2(*(at - shoulder)[::-1])
-            facing = 0.6 + 0.4 * float(np.cos(yaw - azimuth))
-            far_by = max(0.0, float(np.linalg.norm(at - shoulder)) - GRASP_ORDER.far_m)
-            steep = far_by * max(0.0, -float(grasp.approach[2]) - GRASP_ORDER.steep)
-            reachable = np.exp(-crossing / GRASP_ORDER.crossing_m) * np.exp(-GRASP_ORDER.steep_weight * steep)
-            scored.append((grasp.quality**GRASP_ORDER.quality_power * facing * reachable, arm, grasp))
+            facing = options.least_facing + options.facing_weight * float(np.cos(yaw - azimuth))
+            far_by = max(0.0, float(np.linalg.norm(at - shoulder)) - options.far_m)
+            steep = far_by * max(0.0, -float(grasp.approach[2]) - options.steep)
+            reachable = np.exp(-crossing / options.crossing_m) * np.exp(-options.steep_weight * steep)
+            scored.append((grasp.quality**options.quality_power * facing * reachable, arm, grasp))
     known = like.grasp if like is not None else None
     if like is not None and known is not None:
         scored = [
-            (worth + (arm.side == like.side and same_grasp(grasp.pose, known.pose, 2.0)), arm, grasp)
+            (
+                worth + (arm.side == like.side and same_grasp(grasp.pose, known.pose, options.plan_slack, options)),
+                arm,
+                grasp,
+            )
             for worth, arm, grasp in scored
         ]
     scored.sort(key=lambda item: -item[0])

@@ -13,14 +13,27 @@ from uncom_tiago_exec.grasping.place_poses import Place
 from uncom_tiago_exec.planning.arm_planner import TABLE_ONLY, ArmPlanner
 from uncom_tiago_exec.planning.carry_planner import plan_upright_motion
 from uncom_tiago_exec.planning.plan import GripStep, MoveStep, Step
-from uncom_tiago_exec.skills.options import MOTION_STEPS
+from uncom_tiago_exec.skills.options import MOTION_STEPS, MotionStepOptions
 from uncom_tiago_exec.trajectory.rest_to_rest import shortest_time
 from uncom_tiago_exec.types import FloatArray, Stage
 
 
 @dataclass(frozen=True, slots=True)
 class Reach:
-    """A grasp that works: joint paths for each straight part, and where it is let go."""
+    """A grasp that works, with the joint paths of its straight parts.
+
+    Attributes:
+        arm: planner of the arm that grasps.
+        grasp: pose and opening of the hand.
+        approach: path (N, 8) to the grasp.
+        lift: path (N, 8) from the grasp to the lifted object.
+        place: where the object is set down, or None if it is kept in the hand.
+        lower: path (N, 8) from above the place down to it.
+        retreat: path (N, 8) of the opened hand away from the object that was set down.
+        release_gap: gap between the fingers at which the object is released [m].
+        over: path (N, 8) from the lifted object to above its place, where a straight path leads there.
+        options: paces and weights.
+    """
 
     arm: ArmPlanner
     grasp: Grasp
@@ -30,36 +43,41 @@ class Reach:
     lower: FloatArray | None = None
     retreat: FloatArray | None = None
     release_gap: float = 0.0
-    over: FloatArray | None = None  # from the lifted object to above its place, where a straight way leads there
+    over: FloatArray | None = None
+    options: MotionStepOptions = MOTION_STEPS
 
     @property
     def carrying_pace(self) -> float:
         """Share of the full pace at which the object is carried: doubtful grasps and long pendulums are not shaken."""
         pads = self.grasp.pose[2, 3] + self.arm.group.gripper.tip * self.grasp.approach[2]
         lever = abs(float(pads - self.arm.scene.moved.middle[2]))
-        swing = 1.0 / (1.0 + 8.0 * max(0.0, lever - 0.03))
-        return float(np.clip((0.35 + 0.7 * self.grasp.quality) * swing, 0.45, 0.9))
+        options = self.options
+        swing = 1.0 / (1.0 + options.lever_weight * max(0.0, lever - options.short_lever_m))
+        pace = (options.least_quality_pace + options.quality_pace * self.grasp.quality) * swing
+        return float(np.clip(pace, options.slowest_carrying_pace, options.fastest_carrying_pace))
 
     def hop(self) -> float:
         """Rough time from the lifted object to above its place [s]."""
         if self.lower is None:
             return 0.0
-        way = np.vstack([self.lift[-1], self.lower[0]]) if self.over is None else self.over
-        return float((np.abs(np.diff(way, axis=0)) / self.arm.limits.velocity).max(axis=1).sum())
+        path = np.vstack([self.lift[-1], self.lower[0]]) if self.over is None else self.over
+        return float((np.abs(np.diff(path, axis=0)) / self.arm.limits.velocity).max(axis=1).sum())
 
     def cost(self) -> float:
-        """Rough time of the free motions, dearer for doubtful grasps: what is lost costs more than a way [s]."""
+        """Rough time of the free motions, increased for low grasp quality: a lost object costs more than a path [s]."""
         speed = self.arm.limits.velocity
         hops = [(self.arm.start, self.approach[0])]
         if self.lower is not None and self.retreat is not None:
             hops += [(self.lift[-1], self.lower[0]), (self.retreat[-1], self.arm.start)]
         motion = sum(float((np.abs(b - a) / speed).max()) for a, b in hops)
-        return float((motion + 3.0) / max(self.grasp.quality, 0.05) ** 1.5)
+        options = self.options
+        quality = max(self.grasp.quality, options.least_quality)
+        return float((motion + options.fixed_time_s) / quality**options.quality_power)
 
 
 def taking_steps(reach: Reach) -> tuple[Step, ...]:
     """Return the steps from the start to the lifted object."""
-    arm, grasp = reach.arm, reach.grasp
+    arm, grasp, options = reach.arm, reach.grasp, reach.options
     free, reaching = arm.free(grasp.opening), arm.reaching(grasp.opening)
     start = arm.group.clamp(arm.start)
     go = arm.transit(free, start, [reach.approach[0]])
@@ -67,9 +85,9 @@ def taking_steps(reach: Reach) -> tuple[Step, ...]:
     return (
         GripStep(Stage.APPROACHING, grasp.opening, detail="opening the fingers"),
         move(arm, Stage.APPROACHING, (go, free, 1.0), "to the object"),
-        move(arm, Stage.APPROACHING, (reach.approach, reaching, 0.8), "straight in"),
-        GripStep(Stage.GRASPING, max(0.0, grasp.width - 0.02), holding=True, detail="closing the fingers"),
-        move(arm, Stage.LIFTING, (reach.lift, lifting, min(reach.carrying_pace, 0.75)), "straight up"),
+        move(arm, Stage.APPROACHING, (reach.approach, reaching, options.approach_pace), "straight in"),
+        GripStep(Stage.GRASPING, max(0.0, grasp.width - options.squeeze_m), holding=True, detail="closing the fingers"),
+        move(arm, Stage.LIFTING, (reach.lift, lifting, min(reach.carrying_pace, options.lift_pace)), "straight up"),
     )
 
 
@@ -77,11 +95,11 @@ def placing_steps(reach: Reach, home: FloatArray, gap: float, *, strict: bool = 
     """Return the steps from the lifted object to the arm at home (8,) with its fingers at a gap [m].
 
     Raises:
-        PlanningError: there is no way to the place, or home; strict, none on which the object stays upright.
+        PlanningError: there is no path to the place, or home; strict, none on which the object stays upright.
     """
     if reach.place is None or reach.lower is None or reach.retreat is None:
         return ()
-    arm, grasp = reach.arm, reach.grasp
+    arm, grasp, options = reach.arm, reach.grasp, reach.options
     carrying = arm.carrying(grasp, frozenset())
     over = reach.over
     if over is None:
@@ -94,25 +112,29 @@ def placing_steps(reach: Reach, home: FloatArray, gap: float, *, strict: bool = 
         away.lower_margins_at(goal)
     back = arm.transit(away, reach.retreat[-1], [goal])
     lowering = arm.carrying(grasp, reach.place.touches)
-    down = move(arm, Stage.PLACING, (reach.lower, lowering, min(reach.carrying_pace, 0.6)), "straight down")
+    down = move(
+        arm, Stage.PLACING, (reach.lower, lowering, min(reach.carrying_pace, options.lower_pace)), "straight down"
+    )
     return (
-        move(arm, Stage.TRANSFERRING, (over, carrying, min(reach.carrying_pace, 0.8)), "to the place"),
-        _until_contact(down),
+        move(
+            arm, Stage.TRANSFERRING, (over, carrying, min(reach.carrying_pace, options.transfer_pace)), "to the place"
+        ),
+        _until_contact(down, options.contact_tolerance),
         GripStep(Stage.PLACING, reach.release_gap, detail="letting go"),
-        move(arm, Stage.RETREATING, (reach.retreat, leaving, 0.9), "straight out"),
+        move(arm, Stage.RETREATING, (reach.retreat, leaving, options.retreat_pace), "straight out"),
         move(arm, Stage.HOMING, (end_at(back, home), away, 1.0), "back to the start"),
         GripStep(Stage.HOMING, gap, detail="fingers as before"),
     )
 
 
-def _until_contact(step: MoveStep) -> MoveStep:
-    """Let a motion end where something holds it up: what turned between the fingers rests earlier."""
-    return replace(step, trajectory=replace(step.trajectory, tolerance=MOTION_STEPS.contact_tolerance))
+def _until_contact(step: MoveStep, tolerance: float) -> MoveStep:
+    """Let a motion end where a joint lags by a tolerance [rad, m]: what turned between the fingers rests earlier."""
+    return replace(step, trajectory=replace(step.trajectory, tolerance=tolerance))
 
 
-def move(arm: ArmPlanner, stage: Stage, way: tuple[FloatArray, CollisionChecker, float], detail: str) -> MoveStep:
-    """Time a path (N, 8) under its checker at a pace, and say how short its time could be."""
-    path, checker, pace = way
+def move(arm: ArmPlanner, stage: Stage, motion: tuple[FloatArray, CollisionChecker, float], detail: str) -> MoveStep:
+    """Return the timed step of a motion: path (N, 8) [rad, m], its collision checker, and share of the full pace."""
+    path, checker, pace = motion
     limits = arm.limits
     least = shortest_time(path[0], path[-1], (limits.velocity, limits.acceleration, limits.jerk))
     return MoveStep(stage, arm.timed(path, checker, pace), detail, least)

@@ -17,7 +17,7 @@ from uncom_tiago_exec.planning.plan import Plan, Step
 from uncom_tiago_exec.scene.scene_model import SceneModel
 from uncom_tiago_exec.skills.grasping_skill import GraspingSkill
 from uncom_tiago_exec.skills.motion_steps import Reach, placing_steps, taking_steps
-from uncom_tiago_exec.skills.options import PLACE
+from uncom_tiago_exec.skills.options import PLACE, PlaceOptions
 from uncom_tiago_exec.skills.push import plan_push
 from uncom_tiago_exec.skills.skill import PlanRequest
 from uncom_tiago_exec.types import ManipulationTask
@@ -32,6 +32,10 @@ class PlaceSkill(GraspingSkill):
     primitives: ClassVar[tuple[Primitive, ...]] = (Primitive.PLACE, *_INTO, *_ONTO)
     sets_down_held: ClassVar[bool] = True
     relay_primitive: ClassVar[Primitive | None] = Primitive.PLACE
+
+    def __init__(self, options: PlaceOptions = PLACE) -> None:
+        """Take what tunes the skill."""
+        self.options = options
 
     def destination(self, task: ManipulationTask, scene: SceneModel) -> Destination:
         """Return where the object is to end: in or on the target, or at the place of the task.
@@ -49,18 +53,18 @@ class PlaceSkill(GraspingSkill):
             RefusedError: it cannot be done; the text says why.
         """
         grasps = self.grasps(request)
-        ways: list[Callable[[], Plan]] = [lambda: self.plan_with(request, grasps)]
+        planners: list[Callable[[], Plan]] = [lambda: self.plan_with(request, grasps)]
         if self._is_pushed_rather(request, grasps):
-            ways = [lambda: plan_push(request), *(ways if grasps else ())]
+            planners = [lambda: plan_push(request), *(planners if grasps else ())]
         error = PlanningError("there is no way to place it")
-        return Alternatives(ways, lambda way: way(), error=error, recoverable=(ExecutionError,)).first()
+        return Alternatives(planners, lambda planner: planner(), error=error, recoverable=(ExecutionError,)).first()
 
     def _is_pushed_rather(self, request: PlanRequest, grasps: Sequence[Grasp]) -> bool:
         """Tell whether the object may be pushed to its place, and no grasp, or only doubtful ones, would hold it."""
         if request.goal is None or request.goal.touches != TABLE_ONLY:
             return False
         best = max((grasp.quality for grasp in grasps), default=0.0)
-        return best <= (PLACE.poor_quality_again if request.avoid else PLACE.poor_quality)
+        return best <= (self.options.poor_quality_again if request.avoid else self.options.poor_quality)
 
     def steps(self, reach: Reach, task: ManipulationTask, *, strict: bool) -> tuple[Step, ...]:
         """Return the steps to the object, to its place, and home."""

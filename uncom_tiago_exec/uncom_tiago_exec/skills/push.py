@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pushing an object over the table: two open fingers behind it, straight on, back a little, and up again.
 
-Flat dishes go this way, whose weight no pinch of their edge can hold, and whatever is to be pushed.
+Flat dishes are moved like this, whose weight no pinch of their edge can hold, and whatever is to be pushed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from uncom_tiago_exec.scene.object_shape import downsample
 from uncom_tiago_exec.scene.obstacles import is_on_table
 from uncom_tiago_exec.scene.scene_model import SceneModel
 from uncom_tiago_exec.skills.motion_steps import end_at, move
-from uncom_tiago_exec.skills.options import PUSH
+from uncom_tiago_exec.skills.options import PUSH, PushOptions
 from uncom_tiago_exec.skills.skill import PlanRequest, Skill
 from uncom_tiago_exec.types import FloatArray, ManipulationTask, Stage
 
@@ -35,6 +35,10 @@ class PushSkill(Skill):
 
     primitives: ClassVar[tuple[Primitive, ...]] = (Primitive.PUSH,)
     relay_primitive: ClassVar[Primitive | None] = Primitive.PUSH
+
+    def __init__(self, options: PushOptions = PUSH) -> None:
+        """Take what tunes the skill."""
+        self.options = options
 
     def destination(self, task: ManipulationTask, scene: SceneModel) -> Destination:
         """Return where the object is to end.
@@ -50,10 +54,10 @@ class PushSkill(Skill):
         Raises:
             RefusedError: it cannot be pushed there; the text says why.
         """
-        return plan_push(request)
+        return plan_push(request, self.options)
 
 
-def plan_push(request: PlanRequest) -> Plan:
+def plan_push(request: PlanRequest, options: PushOptions = PUSH) -> Plan:
     """Plan to push the object to its destination.
 
     Raises:
@@ -61,8 +65,8 @@ def plan_push(request: PlanRequest) -> Plan:
     """
     if request.goal is None:
         raise RefusedError(f"I do not know where to push the {request.task.object_text or 'object'}")
-    pushes = find_pushes(request, request.goal)
-    options = [(push, turned) for turned in (True, True, False) for push in pushes]
+    pushes = find_pushes(request, request.goal, options)
+    candidates = [(push, turned) for turned in (True, True, False) for push in pushes]
 
     def connect(option: tuple[PushPath, bool]) -> Plan:
         push, turned = option
@@ -73,20 +77,29 @@ def plan_push(request: PlanRequest) -> Plan:
 
     error = PlanningError("no push was found")
     record = Record(request.log, "free motions of a push", name)
-    plan = Alternatives(options, connect, error=error, recoverable=(ExecutionError,), record=record).first()
+    plan = Alternatives(candidates, connect, error=error, recoverable=(ExecutionError,), record=record).first()
     return replace(plan, timings_s={"push": time.thread_time() - request.began_s})
 
 
 @dataclass(frozen=True, slots=True)
 class PushPath:
-    """Joint paths of a push that works: down behind the object, along with it, and back and up."""
+    """The joint paths (N, 8) of a push that works.
+
+    Attributes:
+        arm: planner of the arm that pushes.
+        down: path down behind the object.
+        along: path along with the object.
+        up: path back from the object and up over it.
+        motion: motion (4, 4) of the object.
+        gap: between the fingers [m].
+    """
 
     arm: ArmPlanner
     down: FloatArray
     along: FloatArray
     up: FloatArray
     motion: FloatArray
-    gap: float  # [m] of the fingers
+    gap: float
 
     def cost(self) -> float:
         """Rough time of the free motions [s]."""
@@ -95,11 +108,12 @@ class PushPath:
         return float(sum((np.abs(b - a) / speed).max() for a, b in ends))
 
 
-def _gap(scene: SceneModel) -> float:
-    return min(PUSH.most_gap_m, PUSH.gap_share * float(scene.moved.size[1]))
+def _finger_gap(scene: SceneModel, options: PushOptions) -> float:
+    """Return the gap between the fingers that push the moved object [m]."""
+    return min(options.most_gap_m, options.gap_share * float(scene.moved.size[1]))
 
 
-def find_pushes(request: PlanRequest, goal: Destination) -> list[PushPath]:
+def find_pushes(request: PlanRequest, goal: Destination, options: PushOptions = PUSH) -> list[PushPath]:
     """Return pushes of the moved object's middle to its destination on the table, the quickest first, some of each arm.
 
     Raises:
@@ -107,18 +121,18 @@ def find_pushes(request: PlanRequest, goal: Destination) -> list[PushPath]:
     """
     task, scene = request.task, request.scene
     what = task.object_text or scene.moved.name
-    way = goal.xy - scene.moved.middle[:2]
-    length = float(np.linalg.norm(way))
-    if length > PUSH.farthest_m:
+    displacement = goal.xy - scene.moved.middle[:2]
+    length = float(np.linalg.norm(displacement))
+    if length > options.farthest_m:
         raise RefusedError(f"{length * 100:.0f} cm is too far to push the {what}")
-    if length < PUSH.there_m:
+    if length < options.there_m:
         raise RefusedError(f"the {what} is already there")
-    _check_way(scene, task, way, what)
+    _check_path(scene, task, displacement, what, options)
     found: list[PushPath] = []
     error: ExecutionError = UnreachableError(f"the {what} is out of reach of both arms to push it there")
     for arm in request.arms.values():
-        pushes = _pushes_of(arm, request, way, error)
-        found += islice(pushes, PUSH.enough)
+        pushes = _pushes_of(arm, request, displacement, error, options)
+        found += islice(pushes, options.enough)
         error = pushes.error
     if not found:
         if isinstance(error, InCollisionError):
@@ -128,88 +142,96 @@ def find_pushes(request: PlanRequest, goal: Destination) -> list[PushPath]:
 
 
 def _pushes_of(
-    arm: ArmPlanner, request: PlanRequest, way: FloatArray, error: ExecutionError
+    arm: ArmPlanner, request: PlanRequest, displacement: FloatArray, error: ExecutionError, options: PushOptions
 ) -> Alternatives[tuple[FloatArray, FloatArray], PushPath]:
-    """Return the pushes of one arm along a way (2,), as alternatives; error is the last failure before them."""
-    length = float(np.linalg.norm(way))
+    """Return the pushes of one arm by a displacement (2,) [m], as alternatives; error is the last failure so far."""
+    length = float(np.linalg.norm(displacement))
     return Alternatives(
-        _hands(arm, request.scene, way / length, length),
-        lambda hands: _push(arm, *hands, way),
+        _hand_poses(arm, request.scene, displacement / length, length, options),
+        lambda hands: _plan_path(arm, hands, displacement, options),
         error=error,
         uninformative=(UnreachableError,),
         record=Record(request.log, "push", lambda _: arm.side),
     )
 
 
-def _check_way(scene: SceneModel, task: ManipulationTask, way: FloatArray, what: str) -> None:
-    """Refuse a push off the table or against something else."""
-    points = downsample(scene.moved.points, 0.008)
-    if task.table is not None and not is_on_table(task.table, scene.moved.middle[:2] + way, 0.03):
+def _check_path(
+    scene: SceneModel, task: ManipulationTask, displacement: FloatArray, what: str, options: PushOptions
+) -> None:
+    """Refuse to push by a displacement (2,) [m] off the table or against another object."""
+    points = downsample(scene.moved.points, options.voxel_m)
+    if task.table is not None and not is_on_table(
+        task.table, scene.moved.middle[:2] + displacement, options.table_margin_m
+    ):
         raise RefusedError(f"the place for the {what} is not on the table")
     others = scene.neighbours
-    low = others[others[:, 2] < scene.moved.top + 0.01, :2] if len(others) else np.zeros((0, 2))
+    low = others[others[:, 2] < scene.moved.top + options.above_top_m, :2] if len(others) else np.zeros((0, 2))
     if not len(low):
         return
     tree = cKDTree(low)
-    for share in np.linspace(0.0, 1.0, max(2, int(np.linalg.norm(way) / 0.02))):
-        distance, _ = tree.query(points[:, :2] + share * way)
-        if float(np.min(distance)) < PUSH.clearance_m and share > 0.0:
+    for share in np.linspace(0.0, 1.0, max(2, int(np.linalg.norm(displacement) / options.check_step_m))):
+        distance, _ = tree.query(points[:, :2] + share * displacement)
+        if float(np.min(distance)) < options.clearance_m and share > 0.0:
             raise InCollisionError(f"something is in the way of the {what} over the table")
 
 
-def _hands(
-    arm: ArmPlanner, scene: SceneModel, ahead: FloatArray, length: float
+def _hand_poses(
+    arm: ArmPlanner, scene: SceneModel, ahead: FloatArray, length: float, options: PushOptions
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Yield poses (4, 4) of the hand before and after, the steepest first."""
+    """Yield poses (4, 4) of the hand before and after a push along ahead (2,) by a length [m], the steepest first."""
     gripper, moved = arm.group.gripper, scene.moved
     side = np.array([-ahead[1], ahead[0]])
     local = moved.points[:, :2] - moved.middle[:2]
     lateral = np.abs(local @ side)
-    touched = local[np.abs(lateral - _gap(scene) / 2.0) < PUSH.finger_width_m]
+    touched = local[np.abs(lateral - _finger_gap(scene, options) / 2.0) < options.finger_width_m]
     behind = float(-(touched @ ahead).min()) if len(touched) else float(moved.size[0]) / 2.0
-    for tilt in np.radians(PUSH.tilts_deg):
+    for tilt in np.radians(options.tilts_deg):
         for sign in (1.0, -1.0):
             pose = np.eye(4)
             pose[:3, 0] = [*(np.sin(tilt) * ahead), -np.cos(tilt)]
             pose[:3, 1] = [*(sign * side), 0.0]
             pose[:3, 2] = np.cross(pose[:3, 0], pose[:3, 1])
             reach = gripper.half_width * float(np.cos(tilt))  # of the pads ahead of their middle
-            tips = scene.table_z + PUSH.above_m + gripper.half_width * abs(float(np.sin(tilt)))
+            tips = scene.table_z + options.above_m + gripper.half_width * abs(float(np.sin(tilt)))
             contact = moved.middle[:2] - ahead * (behind + reach)
             start, end = pose.copy(), pose.copy()
-            for hand, shift in ((start, -PUSH.before_m), (end, length)):
+            for hand, shift in ((start, -options.before_m), (end, length)):
                 hand[:2, 3] = contact + ahead * shift
                 hand[2, 3] = tips
                 hand[:3, 3] -= gripper.tip * pose[:3, 0]
             yield start, end
 
 
-def _push(arm: ArmPlanner, start: FloatArray, end: FloatArray, way: FloatArray) -> PushPath:
-    gap = _gap(arm.scene)
+def _plan_path(
+    arm: ArmPlanner, hands: tuple[FloatArray, FloatArray], displacement: FloatArray, options: PushOptions
+) -> PushPath:
+    """Plan a push from one hand pose (4, 4) to another, which moves the object by a displacement (2,) [m]."""
+    start, end = hands
+    gap = _finger_gap(arm.scene, options)
     pushing = arm.pushing(gap)
     motion = np.eye(4)
-    motion[:2, 3] = way
+    motion[:2, 3] = displacement
     behind = arm.reaching(gap)  # fingers only: a palm that touched what is tall would tip it over
-    touch = (end - start)[:3, 3] * (PUSH.before_m / np.linalg.norm((end - start)[:3, 3]))
+    touch = (end - start)[:3, 3] * (options.before_m / np.linalg.norm((end - start)[:3, 3]))
 
     def push_from(q: FloatArray) -> PushPath:
-        down = arm.lift_path(behind, q, PUSH.heights_m)[::-1]
+        down = arm.lift_path(behind, q, options.heights_m)[::-1]
         arm.straight(behind, q, touch)
         along = arm.straight(pushing, q, end[:3, 3] - start[:3, 3])
-        return PushPath(arm, down, along, _out(arm, along[-1], way), motion, gap)
+        return PushPath(arm, down, along, _plan_retreat(arm, along[-1], displacement, options), motion, gap)
 
     solutions = arm.solver.solutions(start, [arm.start], behind, count=4, restarts=0)
     error = PlanningError("no straight way to push")
     return Alternatives(solutions, push_from, error=error, recoverable=BLOCKED).first()
 
 
-def _out(arm: ArmPlanner, q: FloatArray, way: FloatArray) -> FloatArray:
-    """Return the way of the hand back from the object, as far as there is room, and up over it."""
+def _plan_retreat(arm: ArmPlanner, q: FloatArray, displacement: FloatArray, options: PushOptions) -> FloatArray:
+    """Return the path (N, 8) of the hand back from the object, as far as there is room, and up over it."""
     pushing, ups = (
-        arm.pushing(_gap(arm.scene)),
-        (max(PUSH.heights_m[0], arm.scene.moved.height + PUSH.over_m), *PUSH.heights_m),
+        arm.pushing(_finger_gap(arm.scene, options)),
+        (max(options.heights_m[0], arm.scene.moved.height + options.over_m), *options.heights_m),
     )
-    back = np.append(-way / np.linalg.norm(way), 0.0)
+    back = np.append(-displacement / np.linalg.norm(displacement), 0.0)
 
     def leave(distance: float) -> FloatArray:
         if distance == 0.0:
@@ -218,7 +240,7 @@ def _out(arm: ArmPlanner, q: FloatArray, way: FloatArray) -> FloatArray:
         return np.vstack([away, arm.lift_path(pushing, away[-1], ups)[1:]])
 
     error = PlanningError("no way back from what was pushed")
-    return Alternatives((*PUSH.back_m, 0.0), leave, error=error, recoverable=BLOCKED).first()
+    return Alternatives((*options.back_m, 0.0), leave, error=error, recoverable=BLOCKED).first()
 
 
 def pushing_steps(push: PushPath, *, turned: bool) -> tuple[Step, ...]:
