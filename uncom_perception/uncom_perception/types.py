@@ -11,6 +11,8 @@ import numpy.typing as npt
 FloatArray = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
+LEAST_CORNERS = 3  # of an outline that encloses anything
+
 
 @dataclass(frozen=True, slots=True)
 class Box:

@@ -8,11 +8,10 @@ from itertools import pairwise
 
 import cv2
 import numpy as np
+from uncom_perception.types import LEAST_CORNERS
 
 from uncom_tiago_exec.scene.options import CIRCLE_FITTING, RIM, ROUND, CircleFittingOptions, RimOptions, RoundOptions
 from uncom_tiago_exec.types import FloatArray
-
-LEAST_CORNERS = 3  # of a polygon
 
 
 @dataclass(frozen=True, slots=True)

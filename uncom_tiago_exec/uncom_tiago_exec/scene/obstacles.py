@@ -8,10 +8,9 @@ from itertools import pairwise
 import numpy as np
 import shapely
 from uncom_common.transforms import invert
-from uncom_perception.types import TableSurface
+from uncom_perception.types import LEAST_CORNERS, TableSurface
 
 from uncom_tiago_exec.exceptions import RefusedError
-from uncom_tiago_exec.scene.circle_fitting import LEAST_CORNERS
 from uncom_tiago_exec.scene.object_shape import ObjectShape, Rim, smallest_rectangle
 from uncom_tiago_exec.scene.options import SOLIDS, SolidOptions
 from uncom_tiago_exec.types import Attachment, FloatArray, Obstacle

@@ -13,7 +13,7 @@ from uncom_common.transforms import apply, invert
 from uncom_perception.image_arrays import quantile
 from uncom_perception.objects.attributes.options import OBJECT_GEOMETRY, ObjectGeometryOptions
 from uncom_perception.objects.table.table_outline import Ground
-from uncom_perception.types import Geometry, Mask
+from uncom_perception.types import LEAST_CORNERS, Geometry, Mask
 
 FloatArray = npt.NDArray[np.float64]
 PointImage = npt.NDArray[np.float32]
@@ -69,7 +69,7 @@ def _without_trail(
     ).all():
         return points
     corners = convex_outline(upper)[:, 0].astype(float)
-    if len(corners) < options.least_corners:
+    if len(corners) < LEAST_CORNERS:
         return points
     edges = np.roll(corners, -1, axis=0) - corners
     outward = np.stack([edges[:, 1], -edges[:, 0]]) / np.maximum(np.hypot(edges[:, 0], edges[:, 1]), 1e-9)

@@ -63,7 +63,6 @@ class ObjectGeometryOptions:
     lowest_m: float = tunable(-0.01, unit="m", meaning="lower points are not of an object")
     few_points: int = tunable(30, meaning="with fewer points nothing is cleaned")
     least_crowd: int = tunable(3, meaning="points of a cell from which none of them is alone")
-    least_corners: int = tunable(3, meaning="corners of an outline that encloses anything")
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +85,7 @@ class AttributeOptions:
     """Which attributes of an object are told."""
 
     least_colour_share: float = tunable(0.12, meaning="least share of a colour among an object's pixels to be told")
+    longest_table_phrase: int = tunable(3, meaning="words of the longest phrase that may mean the table itself")
 
 
 @dataclass(frozen=True, slots=True)

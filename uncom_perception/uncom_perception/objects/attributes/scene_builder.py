@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import cv2
 import numpy as np
@@ -14,7 +14,6 @@ from uncom_perception.objects.attributes.phrase_matcher import DescribedObject, 
 from uncom_perception.rgbd_frame import RgbdFrame
 from uncom_perception.types import Attribute, Box, Detection, Geometry, Mask, Scene, TableSurface
 
-_TABLE_PHRASE = ("the", "wooden", "table")  # the longest form in which the table itself is named
 _METRIC = {"length": "length_m", "width": "width_m", "height": "height_m"}
 
 
@@ -60,7 +59,11 @@ def answer(
 def is_table(phrase: str) -> bool:
     """Whether a phrase means the table itself."""
     words = phrase.lower().replace(".", " ").split()
-    return bool(words) and words[-1] in ("table", "tabletop", "desk", "worktop") and len(words) <= len(_TABLE_PHRASE)
+    return (
+        bool(words)
+        and words[-1] in ("table", "tabletop", "desk", "worktop")
+        and len(words) <= ATTRIBUTES.longest_table_phrase
+    )
 
 
 def mask_box(mask: Mask) -> Box:
@@ -76,12 +79,15 @@ def mask_slices(mask: Mask, rows: slice = slice(0, None), columns: slice = slice
     return slice(max(0, y - 1), y + height + 1), slice(max(0, x - 1), x + width + 1)
 
 
-def _attributes(candidate: DescribedObject, *, options: AttributeOptions = ATTRIBUTES) -> tuple[Attribute, ...]:
-    found = [
-        Attribute("colour", name, share)
-        for name, share in candidate.colours.items()
-        if share >= options.least_colour_share
-    ]
+def colour_attributes(shares: Mapping[str, float], *, options: AttributeOptions = ATTRIBUTES) -> tuple[Attribute, ...]:
+    """Return the colours that cover enough of an object, from the share of its pixels that each name covers."""
+    return tuple(
+        Attribute("colour", name, share) for name, share in shares.items() if share >= options.least_colour_share
+    )
+
+
+def _attributes(candidate: DescribedObject) -> tuple[Attribute, ...]:
+    found = list(colour_attributes(candidate.colours))
     if candidate.shape is not None:
         s = candidate.shape
         found += [Attribute(_METRIC.get(name, name), f"{value:.3f}", 1.0) for name, value in s.items().items()]

@@ -19,12 +19,10 @@ from uncom_perception.exposure import exposure
 from uncom_perception.image_arrays import RgbImage
 from uncom_perception.objects.attributes.colour import name_colours
 from uncom_perception.objects.attributes.object_geometry import clean_points, geometry
-from uncom_perception.objects.attributes.scene_builder import is_table, mask_box, mask_slices
+from uncom_perception.objects.attributes.scene_builder import colour_attributes, is_table, mask_box, mask_slices
 from uncom_perception.objects.detectors.detector import ObjectDetector
 from uncom_perception.objects.detectors.options import (
-    DETECTION_REPORT,
     GROUNDING_DINO_FILTER,
-    DetectionReportOptions,
     GroundingDinoFilterOptions,
 )
 from uncom_perception.objects.detectors.queries import query_of
@@ -60,11 +58,9 @@ class GroundingDinoDetector(ObjectDetector):
         device: str = "cpu",
         *,
         grounding_dino_filter_options: GroundingDinoFilterOptions = GROUNDING_DINO_FILTER,
-        detection_report_options: DetectionReportOptions = DETECTION_REPORT,
     ) -> None:
         """Detect with a GroundingDinoForObjectDetection and its processor."""
         self._grounding_dino_filter_options = grounding_dino_filter_options
-        self._detection_report_options = detection_report_options
         self._model = model.to(device).eval()
         self._processor = processor
         self._segmenter = segmenter
@@ -166,7 +162,7 @@ class GroundingDinoDetector(ObjectDetector):
                     box=mask_box(mask),
                     mask=mask,
                     geometry=_geometry(mask, view),
-                    attributes=_colours(image_rgb, mask, gain, options=self._detection_report_options),
+                    attributes=_colours(image_rgb, mask, gain),
                     phrase_scores=tuple(float(s) for s in share[n]),
                 )
             )
@@ -244,16 +240,12 @@ def _geometry(mask: Mask, view: TableView | None) -> Geometry | None:
     return geometry(cloud, view.ground) if len(cloud) >= GROUNDING_DINO_FILTER.least_points else None
 
 
-def _colours(
-    image_rgb: RgbImage, mask: Mask, gain: float, *, options: DetectionReportOptions = DETECTION_REPORT
-) -> tuple[Attribute, ...]:
+def _colours(image_rgb: RgbImage, mask: Mask, gain: float) -> tuple[Attribute, ...]:
     inner = cv2.erode(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
     shares = name_colours(
         image_rgb[inner if np.count_nonzero(inner) > GROUNDING_DINO_FILTER.least_inner_pixels else mask], gain
     )
-    return tuple(
-        Attribute("colour", name, share) for name, share in shares.items() if share >= options.least_colour_share
-    )
+    return colour_attributes(shares)
 
 
 def load_grounding_dino(

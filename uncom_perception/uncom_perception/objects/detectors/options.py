@@ -14,7 +14,6 @@ class DetectionReportOptions:
     """What is told of the objects of one image."""
 
     least_fit: float = tunable(0.1, meaning="least probability of a phrase for an object to be listed")
-    least_colour_share: float = tunable(0.12, meaning="least share of a colour among an object's pixels to be told")
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +35,6 @@ class GroundingDinoFilterOptions:
 class PictureDetectorOptions:
     """How a table and objects are found by colour alone."""
 
-    least_corners: int = tunable(3, meaning="corners of an outline that encloses anything")
     trust: float = tunable(0.5, meaning="factor on all probabilities where there is no depth")
     chroma_limit: float = tunable(
         9.0, unit="Lab", meaning="pixels this near to the table's colour in a and b are table"

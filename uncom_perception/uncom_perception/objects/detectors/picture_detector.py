@@ -20,7 +20,7 @@ from uncom_perception.objects.detectors.options import PICTURE_DETECTOR, Picture
 from uncom_perception.objects.detectors.picture_pieces import pieces_of
 from uncom_perception.objects.segments.arm_mask import bare_skin
 from uncom_perception.rgbd_frame import RgbdFrame
-from uncom_perception.types import HandsFrame, Mask, Scene, TableSurface
+from uncom_perception.types import LEAST_CORNERS, HandsFrame, Mask, Scene, TableSurface
 
 
 class PictureDetector(ObjectDetector):
@@ -158,7 +158,7 @@ def _above_legs(
             continue
         slope, level = _commonest_line(columns.astype(float), gap[:, columns].argmax(axis=0).astype(float))
         kept = contour[contour[:, 0, 1] < level + slope * contour[:, 0, 0] + 2.0]
-        contour = kept if len(kept) >= options.least_corners else contour
+        contour = kept if len(kept) >= LEAST_CORNERS else contour
     return contour
 
 

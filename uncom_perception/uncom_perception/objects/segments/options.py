@@ -208,7 +208,6 @@ class SurfaceFitOptions:
     lowest_handle_m: float = tunable(0.02, unit="m", meaning="a handle begins at least so high")
     widest_handle_m: float = tunable(0.05, unit="m", meaning="greatest width of a handle")
     least_top_points: int = tunable(10, meaning="points that a top needs")
-    least_corners: int = tunable(3, meaning="corners of an outline that encloses anything")
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,7 +233,6 @@ class WallOptions:
     least_share: float = tunable(0.35, meaning="share of a surface's points that a wall holds at least")
     points: int = tunable(1500, meaning="points that are looked at")
     tries: int = tunable(60, meaning="random lines that are tried")
-    least_corners: int = tunable(3, meaning="corners of an outline that encloses anything")
 
 
 COLOUR_FILL = ColourFillOptions()

@@ -12,6 +12,7 @@ from shapely.geometry import Polygon
 from uncom_perception.image_arrays import quantile
 from uncom_perception.objects.attributes.shape import body_sides
 from uncom_perception.objects.segments.options import SURFACE_FIT, SurfaceFitOptions
+from uncom_perception.types import LEAST_CORNERS
 
 
 def may_be_hollow(
@@ -93,7 +94,7 @@ def is_floor(
 def _share_within(points: npt.NDArray[np.float32], others: npt.NDArray[np.float32]) -> float:
     """Return the share of points (N, 3) within the convex outline of others (M, 3), seen from above."""
     hull = cv2.convexHull(np.ascontiguousarray(others[:, :2]))[:, 0].astype(float)
-    if len(hull) < SURFACE_FIT.least_corners:
+    if len(hull) < LEAST_CORNERS:
         return 0.0
     some = points[:: max(1, len(points) // 200), :2]
     return float(shapely.contains_xy(Polygon(hull), some[:, 0], some[:, 1]).mean())

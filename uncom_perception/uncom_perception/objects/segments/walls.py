@@ -11,7 +11,7 @@ from uncom_perception.image_arrays import quantile
 from uncom_perception.objects.segments.foreground import Surfaces, connected
 from uncom_perception.objects.segments.options import WALLS, WallOptions
 from uncom_perception.objects.segments.regions import Regions, regions_of
-from uncom_perception.types import FloatArray, Mask
+from uncom_perception.types import LEAST_CORNERS, FloatArray, Mask
 
 
 def without_walls(
@@ -41,7 +41,7 @@ def _wall(
     points: FloatArray, outline: FloatArray, *, options: WallOptions = WALLS
 ) -> tuple[npt.NDArray[np.float64], float] | None:
     """Return normal (2,) and offset [m] of a wall among points (N, 3), the table (N, 2) before it; None without one."""
-    if len(points) < options.least_corners or quantile(points[:, 2], 98) < options.least_height_m:
+    if len(points) < LEAST_CORNERS or quantile(points[:, 2], 98) < options.least_height_m:
         return None
     flat = points[:, :2]
     if max(cv2.minAreaRect(flat.astype(np.float32))[1]) < options.least_length_m:
