@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Time of the senses: as asked for, or beside a plain MediaPipe call in the same process, so that slow machines pass.
+"""Processor time of the senses: below a bound in milliseconds, or in plain MediaPipe calls in the same process.
 
-A plain call takes about 30 ms where detection is wanted in 80, hands in 35, and a phrase in 2. On other machines it
-takes 10, and other arithmetic is not faster by as much. The bounds leave room for other jobs on the machine.
+The ratio alone does not carry from one processor to another: measured, detection takes 2.6 plain calls of 61 ms on one
+and 4.3 of 21 ms on another, since vector instructions speed up the network more than the rest. So a fast machine is
+held to milliseconds and a slow one to the ratio; both leave a margin of half for other jobs on the machine.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ def test_twelve_things_are_found_in_the_time_of_a_few_plain_hand_calls(full_tabl
         lambda _: detector.detect(RgbdFrame(empty.rgb, empty.depth, CAMERA, POSE), phrases),
         lambda _: plain.detect(pointed.rgb),
     )
-    assert detect < max(80.0, 4.2 * hands)
+    assert detect < max(140.0, 4.2 * hands)
 
 
 def test_a_phrase_among_twelve_things_takes_little(full_table, plain):
@@ -82,4 +83,4 @@ def test_a_pointing_hand_takes_hardly_more_than_a_plain_hand_call(full_table, pl
         lambda k: reader.read(pointed.rgb, 1.0 + k / 30.0, depth=pointed.depth, camera=CAMERA),
         lambda _: plain.detect(pointed.rgb),
     )
-    assert read < max(35.0, 1.5 * hands)
+    assert read < max(50.0, 1.5 * hands)

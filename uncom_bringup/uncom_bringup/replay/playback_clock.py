@@ -88,6 +88,8 @@ class Playback(Generic[ItemT]):
         key: Callable[[], str | None] = lambda: None,
         show: Callable[[int, str], None] = lambda _ns, _state: None,
         options: PlaybackOptions = PLAYBACK,
+        now_s: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
     ) -> None:
         """Nothing is sent yet.
 
@@ -97,8 +99,11 @@ class Playback(Generic[ItemT]):
             key: returns the newest key, or None.
             show: gets the bag's time [ns] and the state in words, for a progress bar.
             options: numbers of the pace.
+            now_s: returns the wall's time [s] from any start; it never goes back.
+            sleep: waits for so many seconds of that time.
         """
         self._options = options
+        self._wall_s, self._sleep = now_s, sleep
         self._send, self._tell_time, self._key, self._show = send, tell_time, key, show
         self.rate = 1.0
         self.paused = False
@@ -110,7 +115,7 @@ class Playback(Generic[ItemT]):
     def play(self, items: Iterable[ItemT], start_ns: int, rate: float) -> Played:
         """Send all items, the first due after start_ns [ns, the bag's clock]; `rate` is of the wall's clock."""
         self.rate, self._done = rate, False
-        self._base_ns, self._base_s = start_ns, time.monotonic()
+        self._base_ns, self._base_s = start_ns, self._wall_s()
         late: list[float] = []
         count, last_ns = 0, start_ns
         for item in items:
@@ -136,7 +141,7 @@ class Playback(Generic[ItemT]):
     def _now_ns(self) -> int:
         if self.paused:
             return self._base_ns
-        return self._base_ns + int(1e9 * self.rate * (time.monotonic() - self._base_s))
+        return self._base_ns + int(1e9 * self.rate * (self._wall_s() - self._base_s))
 
     def _wait(self, due_ns: int) -> bool:
         """Wait until something is due, or one step is asked for; False to stop."""
@@ -150,7 +155,7 @@ class Playback(Generic[ItemT]):
                     self._steps -= 1
                     return True
                 self._show(now_ns, "paused")
-                time.sleep(self._options.tick_s)
+                self._sleep(self._options.tick_s)
                 continue
             ahead_s = 1e-9 * (due_ns - now_ns) / self.rate
             if ahead_s <= 0.0:
@@ -159,11 +164,11 @@ class Playback(Generic[ItemT]):
             self._tell(now_ns)
             self._show(now_ns, f"rate {self.rate:.2g}")
             if ahead_s > self._options.wake_up_delay_s:
-                time.sleep(min(ahead_s - self._options.wake_up_delay_s, self._options.tick_s))
+                self._sleep(min(ahead_s - self._options.wake_up_delay_s, self._options.tick_s))
 
     def _tell(self, now_ns: int) -> None:
         """Tell the time, unless that was done a moment ago."""
-        wall_s = time.monotonic()
+        wall_s = self._wall_s()
         if self.paused or wall_s - self._told_s >= self._options.clock_period_s:
             self._told_s = wall_s
             self._tell_time(now_ns)
@@ -186,4 +191,4 @@ class Playback(Generic[ItemT]):
 
     def _rebase(self) -> None:
         """Let the clock go on from where it is, whatever changes now."""
-        self._base_ns, self._base_s = self._now_ns(), time.monotonic()
+        self._base_ns, self._base_s = self._now_ns(), self._wall_s()
