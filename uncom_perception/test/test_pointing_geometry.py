@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from uncom_common.camera import PinholeCamera
-from uncom_perception.hands.detector import RawHand
+from uncom_perception.hands.detection.detector import RawHand
+from uncom_perception.hands.detection.image_views import View, around
+from uncom_perception.hands.detection.motion_detection import MotionWatch
 from uncom_perception.hands.finger_depth import on_its_finger
-from uncom_perception.hands.image_views import View, around
-from uncom_perception.hands.motion_detection import MotionWatch
 from uncom_perception.hands.pointing_rays import hand_depth, image_ray, metric_ray
 from uncom_perception.hands.styles.index import IndexStyle
 from uncom_perception.hands.styles.style import hand_pose

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from test_pointing_geometry import CAMERA, hand
-from uncom_perception.hands.detector import HandDetector, RawHand
+from uncom_perception.hands.detection.detector import HandDetector, RawHand
 from uncom_perception.hands.gesture_reader import make_reader
 
 PICTURE = np.full((480, 640, 3), 120, np.uint8)

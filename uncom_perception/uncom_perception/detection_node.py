@@ -38,12 +38,12 @@ from uncom_perception.conversions import (
 from uncom_perception.depth.dpt_depth_estimator import table_scale
 from uncom_perception.depth.make_depth_estimator import make_depth_estimator
 from uncom_perception.exceptions import InvalidImageError
-from uncom_perception.frames import RawBuffer, stamp_of
+from uncom_perception.frames import RawBuffer, read_stamp_ns
 from uncom_perception.objects.attributes.lexicon import load_lexicon
-from uncom_perception.objects.detectors.make_detector import detector_of
+from uncom_perception.objects.detectors.make_detector import detector_from_config
 from uncom_perception.objects.scene_detector import OutsidePoses, SceneDetector
 from uncom_perception.rgbd_frame import RgbdFrame
-from uncom_perception.segmentation.make_segmenter import segmenter_of
+from uncom_perception.segmentation.make_segmenter import segmenter_from_config
 from uncom_perception.types import Box
 
 _CAMERA = "/head_front_camera"
@@ -56,8 +56,8 @@ class DetectionNode(ConfiguredNode[DetectionConfig]):
         """Load the back ends and offer the services."""
         super().__init__("detection_node", DetectionConfig, **node_options)
         config = self.config
-        self._segmenter = segmenter_of(config)
-        detector = detector_of(config, self._segmenter)
+        self._segmenter = segmenter_from_config(config)
+        detector = detector_from_config(config, self._segmenter)
         same_name = load_lexicon(config.lexicon or None).same
         self._detector = SceneDetector(detector, same_name, track=config.track_objects, warn=self._warn)
         self._estimator = make_depth_estimator(config.depth_backend, config.depth_model, config.device)
@@ -180,7 +180,7 @@ class DetectionNode(ConfiguredNode[DetectionConfig]):
 
 
 def _age_s(raw: bytes, stamp_s: float) -> float:
-    return stamp_of(raw) * 1e-9 - stamp_s
+    return read_stamp_ns(raw) * 1e-9 - stamp_s
 
 
 def main(args: list[str] | None = None) -> None:

@@ -103,7 +103,7 @@ class RawBuffer:
         self._add(self._depths, message)
 
     def _add(self, kept: OrderedDict[int, bytes], message: bytes) -> None:
-        key = stamp_of(message)
+        key = read_stamp_ns(message)
         with self._lock:
             if kept and key < next(reversed(kept)) - 1_000_000_000:
                 kept.clear()  # time was set back
@@ -121,7 +121,7 @@ class RawBuffer:
             return RawFrame(key * 1e-9, self._images[key], self._depths.get(key))
 
 
-def stamp_of(message: bytes) -> int:
+def read_stamp_ns(message: bytes) -> int:
     """Read the stamp [ns] of a serialized message (CDR) that begins with a header."""
     order: Literal["little", "big"] = "little" if message[1] & 1 else "big"
     seconds = int.from_bytes(message[4:8], order, signed=True)

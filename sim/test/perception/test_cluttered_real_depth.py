@@ -9,7 +9,7 @@ import pytest
 from perception_scenes import CAMERA, POSE, camera_pose, overlap, plain_table
 from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
 from uncom_perception.objects.segments.patch_merging import borders, evidence, merged
-from uncom_perception.objects.segments.surface_patches import patches_of
+from uncom_perception.objects.segments.surface_patches import find_patches
 from uncom_perception.objects.table.depth_cleaning import without_flying
 from uncom_perception.rgbd_frame import RgbdFrame
 
@@ -129,7 +129,7 @@ def test_a_narrow_neck_does_not_join_large_things_of_other_colours(neck, groups)
     normals = np.zeros_like(points)
     normals[..., 2] = 1.0
     lab = np.where((u < 60)[..., None], np.float32([50, 50, 30]), np.float32([50, -30, 40])).astype(np.float32)
-    patches = patches_of(points, normals, lab, own.astype(np.int32), 0.003)
+    patches = find_patches(points, normals, lab, own.astype(np.int32), 0.003)
     a, b, length = borders(patches.index, np.ones((60, 120), bool), np.ones((59, 121), bool))
     group = merged(patches, a, b, length, *evidence(patches, a, b))
     assert len(np.unique(group[1:])) == groups

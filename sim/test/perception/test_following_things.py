@@ -11,7 +11,7 @@ from perception_scenes import CAMERA, POSE, plain_table, takes
 from uncom_common.conversions import header_to_msg
 from uncom_common.transforms import apply, invert
 from uncom_perception.conversions import detection_from_msg, detection_to_msg, models_from_msg, models_to_msg
-from uncom_perception.frames import RawBuffer, stamp_of
+from uncom_perception.frames import RawBuffer, read_stamp_ns
 from uncom_perception.objects.attributes.lexicon import load_lexicon
 from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
 from uncom_perception.objects.tracking.external_models import with_models
@@ -254,6 +254,6 @@ def test_the_buffer_gives_the_nearest_picture_that_has_depth():
     assert buffer.nearest(2.04).depth is None
     buffer.add_depth(serialized(2_500_000_000))
     assert buffer.nearest(2.04).stamp_s == pytest.approx(2.5)
-    assert stamp_of(buffer.nearest(2.04).depth) == 2_500_000_000
+    assert read_stamp_ns(buffer.nearest(2.04).depth) == 2_500_000_000
     buffer.add_image(serialized(100_000_000))
     assert buffer.nearest(2.0).stamp_s == pytest.approx(0.1)

@@ -11,7 +11,7 @@ from perception_scenes import CAMERA, POSE, takes
 from uncom_common.transforms import apply, invert
 from uncom_perception.exceptions import InvalidImageError
 from uncom_perception.hands import hands_to_json, point_in_image
-from uncom_perception.hands.image_noise import noise_level, without_noise
+from uncom_perception.hands.detection.image_noise import noise_level, without_noise
 
 SCENE = {
     "objects": [

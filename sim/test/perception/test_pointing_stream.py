@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from perception_scenes import takes
-from uncom_perception.hands.detector import HandDetector, RawHand
+from uncom_perception.hands.detection.detector import HandDetector, RawHand
+from uncom_perception.hands.detection.hand_finder import HandFinder
+from uncom_perception.hands.detection.mediapipe_hands import MediaPipeHands
 from uncom_perception.hands.gesture_reader import STYLES, make_reader, pointing_evidence
 from uncom_perception.hands.hand_bridge import HandBridge
-from uncom_perception.hands.hand_finder import HandFinder
-from uncom_perception.hands.mediapipe_hands import MediaPipeHands
 from uncom_perception.types import Hand, HandsFrame, MetricRay, PointingRay
 
 SCENE = {

@@ -12,8 +12,8 @@ import time
 
 import pytest
 from perception_scenes import CAMERA, POSE, takes
+from uncom_perception.hands.detection.mediapipe_hands import MediaPipeHands
 from uncom_perception.hands.gesture_reader import make_reader
-from uncom_perception.hands.mediapipe_hands import MediaPipeHands
 from uncom_perception.objects.detectors.tabletop_detector import TabletopDetector
 from uncom_perception.rgbd_frame import RgbdFrame
 

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 
-from uncom_perception.frames import stamp_of
+from uncom_perception.frames import read_stamp_ns
 
 from uncom_bringup.bags.bag_reader import BagMessage
 
@@ -45,7 +45,7 @@ class _Pairs:
         """Yield what need not wait; all of it if nothing comes any more."""
         while self.waiting:
             first = self.waiting[0]
-            if first.topic.name in self._pictures and self._depths and stamp_of(first.data) not in self._gone:
+            if first.topic.name in self._pictures and self._depths and read_stamp_ns(first.data) not in self._gone:
                 depth = self._depth_of(first)
                 if depth is not None:
                     self.waiting.remove(depth)
@@ -56,10 +56,10 @@ class _Pairs:
 
     def _leaves(self, message: BagMessage) -> BagMessage:
         if message.topic.name in self._depths:
-            self._gone.add(stamp_of(message.data))
+            self._gone.add(read_stamp_ns(message.data))
         return message
 
     def _depth_of(self, picture: BagMessage) -> BagMessage | None:
-        stamp = stamp_of(picture.data)
+        stamp = read_stamp_ns(picture.data)
         of_depth = (message for message in self.waiting if message.topic.name in self._depths)
-        return next((message for message in of_depth if stamp_of(message.data) == stamp), None)
+        return next((message for message in of_depth if read_stamp_ns(message.data) == stamp), None)

@@ -21,9 +21,9 @@ from uncom_language.types import Act, Command, Transcript
 from uncom_perception.hands.hand_bridge import HandBridge
 from uncom_perception.hands.make_gesture_reader import load_hand_detectors, make_gesture_reader
 from uncom_perception.objects.attributes.lexicon import load_lexicon
-from uncom_perception.objects.detectors.make_detector import detector_of
+from uncom_perception.objects.detectors.make_detector import detector_from_config
 from uncom_perception.objects.scene_detector import SceneDetector
-from uncom_perception.segmentation.make_segmenter import segmenter_of
+from uncom_perception.segmentation.make_segmenter import segmenter_from_config
 from uncom_perception.types import HandsFrame
 from uncom_reasoner.dialogue.conversation import Conversation
 from uncom_reasoner.evidence.gesture_timing import words_span
@@ -76,7 +76,7 @@ class Chain:
         self._hand_detectors = load_hand_detectors(self.config.gesture)
         detection = self.config.detection
         self._detector = SceneDetector(
-            detector_of(detection, segmenter_of(detection)),
+            detector_from_config(detection, segmenter_from_config(detection)),
             load_lexicon(detection.lexicon or None).same,
             track=detection.track_objects,
         )

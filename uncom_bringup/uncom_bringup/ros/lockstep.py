@@ -18,7 +18,7 @@ from audio_common_msgs.msg import AudioDataStamped
 from rclpy.serialization import deserialize_message
 from std_srvs.srv import Trigger
 from uncom_common.conversions import seconds_from_msg, time_to_msg
-from uncom_perception.frames import stamp_of
+from uncom_perception.frames import read_stamp_ns
 
 from uncom_bringup.bags.bag_reader import BagMessage, BagReader
 from uncom_bringup.bags.depth_first_order import with_depth_first
@@ -157,10 +157,10 @@ class Lockstep:
         name = message.topic.name
         self._publish(message)
         if name in _DEPTHS:
-            self._depth_s = 1e-9 * stamp_of(message.data)
+            self._depth_s = 1e-9 * read_stamp_ns(message.data)
             self._await_depth()
         elif name in _PICTURES:
-            self._image_s = 1e-9 * stamp_of(message.data)
+            self._image_s = 1e-9 * read_stamp_ns(message.data)
             self._await_hands()
         elif name == topics.AUDIO.name:
             self._await_speech()

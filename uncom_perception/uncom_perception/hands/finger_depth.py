@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from uncom_common.camera import PinholeCamera
 
-from uncom_perception.hands.detector import RawHand
+from uncom_perception.hands.detection.detector import RawHand
 from uncom_perception.hands.options import FINGER_DEPTH, FingerDepthOptions
 from uncom_perception.image_arrays import FloatArray
 

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 from uncom_common.camera import PinholeCamera
 
-from uncom_perception.hands.detector import HandDetector, RawHand
+from uncom_perception.hands.detection.detector import HandDetector, RawHand
+from uncom_perception.hands.detection.hand_finder import HandFinder
 from uncom_perception.hands.finger_depth import on_its_finger
-from uncom_perception.hands.hand_finder import HandFinder
 from uncom_perception.hands.options import HAND_SIZE, HandSizeOptions
 from uncom_perception.hands.pointing_rays import DepthImage, hand_depth, image_ray, metric_ray
 from uncom_perception.hands.styles.flat_hand import HandStyle

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from uncom_perception.config import GestureConfig
 from uncom_perception.exceptions import UnknownBackendError
-from uncom_perception.hands.detector import HandDetector
+from uncom_perception.hands.detection.detector import HandDetector
+from uncom_perception.hands.detection.mediapipe_hands import MediaPipeHands
 from uncom_perception.hands.gesture_reader import STYLES, GestureReader, make_reader
-from uncom_perception.hands.mediapipe_hands import MediaPipeHands
 
 HAND_BACKENDS = ("mediapipe",)
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from uncom_common.camera import PinholeCamera
 
+from uncom_perception.hands.detection.mediapipe_hands import MediaPipeHands
 from uncom_perception.hands.gesture_reader import make_reader
-from uncom_perception.hands.mediapipe_hands import MediaPipeHands
 from uncom_perception.hands.pointing_rays import DepthImage
 from uncom_perception.image_arrays import RgbImage
 from uncom_perception.types import HandsFrame

@@ -27,7 +27,7 @@ def make_segmenter(name: str, model: str = "", device: str = "auto", *, boxes_as
     return ClusterSegmenter()
 
 
-def segmenter_of(config: DetectionConfig) -> Segmenter:
+def segmenter_from_config(config: DetectionConfig) -> Segmenter:
     """Make the segmentation back end that a configuration asks for; see make_segmenter."""
     return make_segmenter(
         config.segmentation, config.segmentation_model, config.device, boxes_as_points=not config.sam_boxes

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from uncom_perception.hands.detector import RawHand
-from uncom_perception.hands.landmarks import FINGERS, Landmark
+from uncom_perception.hands.detection.detector import RawHand
+from uncom_perception.hands.detection.landmarks import FINGERS, Landmark
 from uncom_perception.hands.styles.options import POINTING_STYLE, PointingStyleOptions
 from uncom_perception.image_arrays import FloatArray
 

@@ -42,7 +42,7 @@ def make_detector(
     return TabletopDetector(load_lexicon(lexicon or None))
 
 
-def detector_of(config: DetectionConfig, segmenter: Segmenter) -> ObjectDetector:
+def detector_from_config(config: DetectionConfig, segmenter: Segmenter) -> ObjectDetector:
     """Make the detector that a configuration asks for; see make_detector."""
     return make_detector(
         config.backend,

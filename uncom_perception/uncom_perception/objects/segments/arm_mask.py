@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from uncom_perception.hands.landmarks import FINGERS, Landmark
+from uncom_perception.hands.detection.landmarks import FINGERS, Landmark
 from uncom_perception.objects.segments.foreground import Surfaces, connected
 from uncom_perception.objects.segments.options import ARM_MASK
 from uncom_perception.types import HandsFrame, Mask

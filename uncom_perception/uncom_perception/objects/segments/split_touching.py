@@ -18,7 +18,7 @@ from uncom_perception.objects.segments.options import SPLIT, SplitOptions
 from uncom_perception.objects.segments.patch_merging import borders, evidence, merged, with_bridges
 from uncom_perception.objects.segments.regions import Regions, regions_of
 from uncom_perception.objects.segments.surface_fitting import is_floor, is_handle, is_neck
-from uncom_perception.objects.segments.surface_patches import Patches, patches_of
+from uncom_perception.objects.segments.surface_patches import Patches, find_patches
 from uncom_perception.types import Mask
 
 
@@ -84,7 +84,7 @@ def _parts(
     if not enough.any():
         return None
     labels[~enough[labels]] = 0
-    patches = patches_of(points, _normals(points, np.flatnonzero(labels)), coarse.lab, labels, coarse.pixel_m)
+    patches = find_patches(points, _normals(points, np.flatnonzero(labels)), coarse.lab, labels, coarse.pixel_m)
     pixels = np.concatenate([regions.of(label) for label in np.flatnonzero(enough).tolist()])
     index = _grown(patches, regions, pixels, options=options)
     a, b, length = borders(patches.index, coarse.across, coarse.down)

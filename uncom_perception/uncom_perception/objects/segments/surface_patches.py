@@ -38,7 +38,7 @@ class Patches:
     noise: Array
 
 
-def patches_of(
+def find_patches(
     points: FloatImage,
     normals: FloatImage,
     lab: FloatImage,

@@ -8,12 +8,12 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 
 from uncom_perception.exposure import lightened
-from uncom_perception.hands.detector import HandDetector, RawHand
-from uncom_perception.hands.image_noise import without_noise
-from uncom_perception.hands.image_views import View, around, from_afar, second_looks, whole
-from uncom_perception.hands.landmarks import Landmark
-from uncom_perception.hands.motion_detection import MotionWatch, Newcomer
-from uncom_perception.hands.options import HAND_FINDER, HandFinderOptions
+from uncom_perception.hands.detection.detector import HandDetector, RawHand
+from uncom_perception.hands.detection.image_noise import without_noise
+from uncom_perception.hands.detection.image_views import View, around, from_afar, second_looks, whole
+from uncom_perception.hands.detection.landmarks import Landmark
+from uncom_perception.hands.detection.motion_detection import MotionWatch, Newcomer
+from uncom_perception.hands.detection.options import HAND_FINDER, HandFinderOptions
 from uncom_perception.image_arrays import FloatArray, RgbImage, check_rgb
 
 

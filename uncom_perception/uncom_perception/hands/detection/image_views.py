@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from uncom_perception.hands.detector import RawHand
+from uncom_perception.hands.detection.detector import RawHand
 from uncom_perception.image_arrays import RgbImage
 
 FloatArray = npt.NDArray[np.float64]

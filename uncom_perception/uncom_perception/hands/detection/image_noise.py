@@ -8,7 +8,7 @@ import math
 import cv2
 import numpy as np
 
-from uncom_perception.hands.options import IMAGE_NOISE, ImageNoiseOptions
+from uncom_perception.hands.detection.options import IMAGE_NOISE, ImageNoiseOptions
 from uncom_perception.image_arrays import RgbImage
 
 _MEDIAN_OF_NORMAL = 0.6745

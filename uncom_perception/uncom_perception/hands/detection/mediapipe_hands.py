@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from uncom_perception.exceptions import BackendUnavailableError
-from uncom_perception.hands.detector import HandDetector, RawHand
+from uncom_perception.hands.detection.detector import HandDetector, RawHand
 from uncom_perception.image_arrays import RgbImage, check_rgb
 
 

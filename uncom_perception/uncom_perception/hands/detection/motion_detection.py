@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from uncom_perception.hands.options import MOTION, MotionOptions
+from uncom_perception.hands.detection.options import MOTION, MotionOptions
 from uncom_perception.image_arrays import FloatArray, RgbImage
 
 
