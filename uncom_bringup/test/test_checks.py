@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`uncom test` runs the tests of the packages without the simulator, unless colcon runs them."""
+"""`uncom test` runs the tests of the packages without the simulator."""
 
 from __future__ import annotations
 
@@ -23,10 +23,3 @@ def test_only_tests_of_packages_on_the_robot_run_without_the_simulator(tmp_path)
         "tests of sim": False,
         "tests of test": False,
     }
-
-
-def test_unit_tests_are_left_out_for_colcon_and_nothing_else_is(tmp_path):
-    root = workspace(tmp_path)
-    everything = [check.name for check in checks(root, FOLDERS)]
-    others = [check.name for check in checks(root, FOLDERS, unit_tests=False)]
-    assert [name for name in everything if name not in others] == ["tests of uncom_common", "tests of uncom_language"]

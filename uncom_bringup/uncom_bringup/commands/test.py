@@ -34,16 +34,11 @@ def add_parser(subparsers: SubParsers[argparse.ArgumentParser]) -> None:
     """Add the command."""
     parser = subparsers.add_parser("test", help="all checks that CI runs: ruff, mypy, the tests of every package")
     parser.add_argument("--all", action="store_true", help="also the tests marked slow (some 15 minutes more)")
-    parser.add_argument(
-        "--without-unit-tests",
-        action="store_true",
-        help="without the tests of the packages that run on a robot, which colcon test runs as well",
-    )
     parser.add_argument("packages", nargs="*", metavar="PACKAGE", help="only these folders (default: all)")
     parser.set_defaults(run=run)
 
 
-def checks(root: Path, folders: tuple[str, ...], *, everything: bool = False, unit_tests: bool = True) -> list[Check]:
+def checks(root: Path, folders: tuple[str, ...], *, everything: bool = False) -> list[Check]:
     """List the checks, cheapest first."""
     python = sys.executable
     packages = tuple(folder for folder in folders if folder != "test")
@@ -56,13 +51,10 @@ def checks(root: Path, folders: tuple[str, ...], *, everything: bool = False, un
         found.append(Check("types (mypy --strict)", (python, "-m", "mypy", *sources)))
     marker = () if everything else ("-m", "not slow")
     for folder in folders:
-        on_robot = folder in ROBOT_PACKAGES
-        if on_robot and not unit_tests:
-            continue
         tests = folder if folder == "test" else f"{folder}/test"
         if (root / tests).is_dir():
             command = (python, "-m", "pytest", "-q", "--no-header", *marker, tests)
-            found.append(Check(f"tests of {folder}", command, without_simulator=on_robot))
+            found.append(Check(f"tests of {folder}", command, without_simulator=folder in ROBOT_PACKAGES))
     if "test" in folders:
         pages = str(root / ".uncom" / "docs")
         found.append(Check("documentation (sphinx)", (python, "-m", "sphinx", "-W", "-q", "-j", "auto", "docs", pages)))
@@ -81,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
         if package not in known:
             raise BadInputError(f"no folder {package!r} to test; there are {', '.join(known)}")
     folders = tuple(options.packages) or known
-    todo = checks(root, folders, everything=options.all, unit_tests=not options.without_unit_tests)
+    todo = checks(root, folders, everything=options.all)
     failed = []
     begin = time.monotonic()
     for number, check in enumerate(todo, start=1):
