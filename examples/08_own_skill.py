@@ -44,7 +44,7 @@ class HoverSkill(Skill):
             hand[:3, :3] = np.column_stack([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # straight down
             middle = request.scene.moved.middle
             hand[:3, 3] = *middle[:2], request.scene.moved.top + HOVER_M + arm.group.gripper.tip
-            free = arm.free(arm.start_gap)
+            free = arm.free_motion_checker(arm.start_gap)
             goals = arm.solver.solutions(hand, [arm.start], free, count=3)
             path = arm.transit(free, arm.group.clamp(arm.start), goals)
             there = move(arm, Stage.APPROACHING, (path, free, 1.0), "over it")

@@ -35,13 +35,13 @@ def test_no_grasp_gets_the_checker_of_one_that_is_gone(monkeypatch):
     """Each grasp is dropped before the next is made, which may then have the same address."""
     arm = planner(monkeypatch)
     for k in range(50):
-        held = arm.carrying(grasp_at(float(k)), TOUCHES)
+        held = arm.carry_checker(grasp_at(float(k)), TOUCHES)
         assert held.parts[0].pose[0, 3] == -float(k)
 
 
 def test_a_grasp_keeps_its_checkers(monkeypatch):
     arm, grasp = planner(monkeypatch), grasp_at(0.3)
-    first = arm.carrying(grasp, TOUCHES)
-    other = arm.carrying(grasp, frozenset())
+    first = arm.carry_checker(grasp, TOUCHES)
+    other = arm.carry_checker(grasp, frozenset())
     assert other is not first
-    assert arm.carrying(grasp, TOUCHES) is first
+    assert arm.carry_checker(grasp, TOUCHES) is first

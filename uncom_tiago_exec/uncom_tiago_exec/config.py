@@ -27,7 +27,9 @@ class ExecutionConfig:
     require_approval: bool = parameter(
         default=True, description="wait for a yes on /uncom/answer before anything moves"
     )
-    speed: float = parameter(0.8, "pace of all motions, share of the joints' top speed", minimum=0.05, maximum=1.0)
+    speed: float = parameter(
+        0.8, "speed of all motions, as a share of the joints' top speed", minimum=0.05, maximum=1.0
+    )
     arm_acceleration: float = parameter(3.0, "limit of the arm joints [rad/s^2]")
     torso_acceleration: float = parameter(0.25, "limit of the torso [m/s^2]")
     jerk_ratio: float = parameter(TIMING.jerk_ratio, "jerk limit as a multiple of acceleration [1/s]")

@@ -73,6 +73,6 @@ def test_motions_keep_out_of_what_is_not_seen_but_do_what_was_asked_for_there():
     plan = planner.plan(make_task([lemon, box], "place", place=(0.56, -0.14)), start_positions())
     careful = replace(scene, shadows=shadows)
     arm = ArmPlanner(robot(), plan.side, start_positions(), careful, ExecutionConfig())
-    free = arm.free(arm.start_gap)
+    free = arm.free_motion_checker(arm.start_gap)
     first = next(step.trajectory for step in plan.steps if isinstance(step, MoveStep))
     assert free.path_is_free(arm.group.clamp(first.positions))

@@ -160,7 +160,7 @@ def test_a_free_way_may_begin_nearer_to_things_than_it_goes_on():
     rng = np.random.default_rng(12)
     plan = planned("pick", [detection("lemon", ball_cloud(0.58, 0.2, 0.027, rng))])
     arm = ArmPlanner(robot(), plan.side, start_positions(), plan.scene, ExecutionConfig())
-    free = arm.free(arm.start_gap)
+    free = arm.free_motion_checker(arm.start_gap)
     home = arm.group.clamp(arm.start)
     pose = np.eye(4)
     pose[:3, 0], pose[:3, 1], pose[:3, 2] = [0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]
@@ -172,7 +172,7 @@ def test_a_free_way_may_begin_nearer_to_things_than_it_goes_on():
     assert np.allclose(way[-1], home)
     pose[2, 3] -= 0.02  # in the table
     with pytest.raises(RefusedError):
-        arm.transit(arm.free(arm.start_gap), arm.solver.solutions(pose, [home], restarts=20)[0], [home])
+        arm.transit(arm.free_motion_checker(arm.start_gap), arm.solver.solutions(pose, [home], restarts=20)[0], [home])
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.55, 0.25), (0.6, -0.22), (0.5, 0.1)])

@@ -70,7 +70,7 @@ def with_a_lifted_can():
     task = make_task([detection("can", cylinder_cloud(0.6, 0.1, 0.033, 0.12, rng))], "pick")
     plan = ManipulationPlanner(robot(), CONFIG).plan(task, start_positions())
     arm = ArmPlanner(robot(), plan.side, start_positions(), plan.scene, CONFIG)
-    free = arm.carrying(plan.grasp, frozenset())
+    free = arm.carry_checker(plan.grasp, frozenset())
     here = next(s.trajectory.positions[-1] for s in plan.steps if s.stage == Stage.LIFTING)
     return arm, plan.grasp, free, here
 
@@ -84,8 +84,8 @@ def test_the_hand_does_not_dive_beside_the_table_with_what_it_carries():
 
 def test_another_grasp_gets_a_checker_of_its_own():
     arm, grasp, _, _ = with_a_lifted_can()
-    narrow = arm.carrying(replace(grasp, width=0.03), frozenset())
-    wide = arm.carrying(replace(grasp, width=0.07), frozenset())
+    narrow = arm.carry_checker(replace(grasp, width=0.03), frozenset())
+    wide = arm.carry_checker(replace(grasp, width=0.07), frozenset())
     assert wide is not narrow
     assert wide.group is not narrow.group
 

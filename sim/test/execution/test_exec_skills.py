@@ -29,7 +29,7 @@ class Nod(Skill):
         arm = request.arms["left"]
         start = arm.group.clamp(arm.start)
         up = start + np.array([0.02, *np.zeros(7)])
-        step = move(arm, Stage.APPROACHING, (np.vstack([start, up]), arm.free(0.0), 1.0), "up")
+        step = move(arm, Stage.APPROACHING, (np.vstack([start, up]), arm.free_motion_checker(0.0), 1.0), "up")
         return Plan(arm.side, (step,), request.scene)
 
 

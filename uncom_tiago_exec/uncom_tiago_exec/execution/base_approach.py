@@ -141,7 +141,7 @@ class BaseApproach:
             return False
         scene = replace_moved(build_scene(task), held.scene.moved)
         arm = ArmPlanner(self._planner.robot, held.side, self._robot.positions(), scene, self._config)
-        checker, here = arm.carrying(held.grasp, frozenset()), arm.group.clamp(arm.start)
+        checker, here = arm.carry_checker(held.grasp, frozenset()), arm.group.clamp(arm.start)
         return checker.is_free(here) or not checker.lower_margins_at(here)
 
 

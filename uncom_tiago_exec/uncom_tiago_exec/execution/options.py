@@ -106,8 +106,8 @@ class RecoveryOptions:
         0.03, unit="m", meaning="distance of its middle from the finger pads up to which it does not turn"
     )
     away: float = tunable(0.05, unit="rad or m", meaning="distance from home beyond which an arm was left elsewhere")
-    pace: float = tunable(0.5, meaning="pace of the way home, as a share of the usual one")
-    retreat_pace: float = tunable(0.4, meaning="pace of the straight way out, as a share of the usual one")
+    speed_scale: float = tunable(0.5, meaning="speed of the way home, as a share of the usual one")
+    retreat_speed_scale: float = tunable(0.4, meaning="speed of the straight way out, as a share of the usual one")
     table_step_m: float = tunable(
         0.003, unit="m", meaning="by how much lower a table is taken to be at a time where the hand stands in it"
     )

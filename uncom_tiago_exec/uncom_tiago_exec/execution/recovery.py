@@ -108,7 +108,7 @@ def plan_lift_clear(
     near.lower_margins_at(here)
     for out in home.retreats(here, near):
         if free.is_free(out[-1]):
-            return [arm.timed(out, near, options.retreat_pace)]
+            return [arm.timed(out, near, options.retreat_speed_scale)]
     return []
 
 
@@ -193,10 +193,10 @@ class _WayHome:
 
         def planned_by(retreat: tuple[FloatArray, CollisionChecker] | None) -> list[Trajectory]:
             if retreat is None:
-                return [arm.timed(self._path(free, here, goal), free, options.pace)]
+                return [arm.timed(self._path(free, here, goal), free, options.speed_scale)]
             out, near = retreat
             onward = self._path(free, out[-1], goal)
-            return [arm.timed(out, near, options.retreat_pace), arm.timed(onward, free, options.pace)]
+            return [arm.timed(out, near, options.retreat_speed_scale), arm.timed(onward, free, options.speed_scale)]
 
         refusal = PlanningError("there is no free path")
         return Alternatives(retreats(), planned_by, error=refusal, recoverable=(RefusedError,)).first()
@@ -223,10 +223,10 @@ class _WayHome:
         arm, plan, left = self.arm, self._plan, self._left
         gap = arm.start_gap
         if left.holding and plan.grasp is not None:
-            return arm.carrying(plan.grasp, TABLE_ONLY if near else frozenset())
+            return arm.carry_checker(plan.grasp, TABLE_ONLY if near else frozenset())
         if left.released and plan.motion is not None:
-            return arm.leaving(gap, plan.motion, frozenset({arm.scene.moved.name} if near else ()))
-        return arm.reaching(gap) if near else arm.free(gap)
+            return arm.retreat_checker(gap, plan.motion, frozenset({arm.scene.moved.name} if near else ()))
+        return arm.approach_checker(gap) if near else arm.free_motion_checker(gap)
 
     def retreats(self, here: FloatArray, near: CollisionChecker) -> Iterator[FloatArray]:
         """Return straight paths back along the fingers and up that touch nothing new; up first with something held."""
@@ -248,4 +248,4 @@ class _WayHome:
         forward, back = last.positions[nearest:], last.positions[: nearest + 1][::-1]
         for rest in (forward, back) if self._left.forward_first else (back, forward):
             if float(np.abs(rest[-1] - here).max()) > self._options.no_motion:
-                yield self.arm.timed_unchecked(np.vstack([here, rest[1:]]), self._options.pace)
+                yield self.arm.timed_unchecked(np.vstack([here, rest[1:]]), self._options.speed_scale)

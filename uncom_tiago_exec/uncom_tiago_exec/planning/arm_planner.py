@@ -39,7 +39,7 @@ class ArmPlanner:
         group: torso and arm, with the fingers wide open.
         start: joint vector (8,) that planning starts from.
         start_gap: gap between the fingers there [m].
-        last_reaching: last configuration (8,) that reached a grasp, a seed for the next one; None before.
+        last_grasp_configuration: last configuration (8,) that reached a grasp, a seed for the next one; None before.
         solver: inverse kinematics of the group.
         margins: of motions near the object or the place.
         free_margins: of free motions.
@@ -74,12 +74,12 @@ class ArmPlanner:
         self._positions = dict(positions)
         self._groups: dict[float, ArmGroup] = {}
         self._checkers: dict[tuple[float, str], CollisionChecker] = {}
-        self._carried: Grasp | None = None  # the grasp that the checkers below are made for
-        self._carrying: dict[frozenset[str], CollisionChecker] = {}
+        self._carried_grasp: Grasp | None = None  # the grasp that the checkers below are made for
+        self._carry_checkers: dict[frozenset[str], CollisionChecker] = {}
         self.group = self._group(robot.gripper(side).open)
         self.start = self.group.vector(positions)
         self.start_gap = sum(positions.get(name, 0.0) for name in finger_joints(side))
-        self.last_reaching: FloatArray | None = None
+        self.last_grasp_configuration: FloatArray | None = None
         self.solver = IkSolver(self.group, config.seed)
         self.margins = Margins(scene=config.scene_margin, fingers=config.finger_margin)
         self.free_margins = replace(self.margins, fingers=max(config.finger_margin, self._options.free_finger_margin_m))
@@ -98,7 +98,7 @@ class ArmPlanner:
         return self._groups[key]
 
     def _checker(self, gap: float, kind: str, obstacles: tuple[Obstacle, ...], contacts: Contacts) -> CollisionChecker:
-        """Return the checker of a kind ("free", "reaching", "pushing") at a finger gap [m], made once."""
+        """Return the checker of a kind ("free", "approach", "push") at a finger gap [m], made once."""
         group = self._group(gap)
         key = (round(gap / self._options.gap_step_m + 0.499), kind)
         if key not in self._checkers:
@@ -113,36 +113,36 @@ class ArmPlanner:
             checker.lower_margins_at(home)
         return checker
 
-    def free(self, gap: float) -> CollisionChecker:
+    def free_motion_checker(self, gap: float) -> CollisionChecker:
         """Return the checker of motions with the hand empty, at a finger gap [m], through the scene as it is."""
         return self._checker(gap, "free", self.scene.obstacles(with_moved=True), Contacts())
 
-    def reaching(self, gap: float) -> CollisionChecker:
+    def approach_checker(self, gap: float) -> CollisionChecker:
         """Return the checker of the last straight motion to the object, which the fingers may touch."""
         contacts = Contacts(fingers=frozenset({self.scene.moved.name}))
-        return self._checker(gap, "reaching", self.scene.obstacles(with_moved=True), contacts)
+        return self._checker(gap, "approach", self.scene.obstacles(with_moved=True), contacts)
 
-    def pushing(self, gap: float) -> CollisionChecker:
+    def push_checker(self, gap: float) -> CollisionChecker:
         """Return the checker of motions that push the object, which is no obstacle as it moves along."""
-        return self._checker(gap, "pushing", self.scene.obstacles(with_moved=False), Contacts())
+        return self._checker(gap, "push", self.scene.obstacles(with_moved=False), Contacts())
 
-    def carrying(self, grasp: Grasp, touches: frozenset[str]) -> CollisionChecker:
+    def carry_checker(self, grasp: Grasp, touches: frozenset[str]) -> CollisionChecker:
         """Return the checker of motions with the object in the hand, which may touch obstacles of some names."""
-        if self._carried is not grasp:  # by identity, which is safe as a reference to it is kept
-            self._carried = grasp
-            self._carrying.clear()
-        if touches not in self._carrying:
+        if self._carried_grasp is not grasp:  # by identity, which is safe as a reference to it is kept
+            self._carried_grasp = grasp
+            self._carry_checkers.clear()
+        if touches not in self._carry_checkers:
             obstacles, contacts = self.scene.obstacles(with_moved=False), Contacts(held=touches)
-            self._carrying[touches] = CollisionChecker(
+            self._carry_checkers[touches] = CollisionChecker(
                 self._group(grasp.width), obstacles, self.margins, contacts, self.attachment(grasp)
             )
-        return self._carrying[touches]
+        return self._carry_checkers[touches]
 
     def attachment(self, grasp: Grasp) -> Attachment:
         """Return the solids of the object relative to the grasping frame."""
         return attach(self.scene.moved_solids, grasp.pose)
 
-    def leaving(self, gap: float, motion: FloatArray, touches: frozenset[str]) -> CollisionChecker:
+    def retreat_checker(self, gap: float, motion: FloatArray, touches: frozenset[str]) -> CollisionChecker:
         """Return the checker of motions with the hand empty after the object was moved.
 
         Args:
@@ -157,7 +157,7 @@ class ArmPlanner:
             CollisionChecker(self._group(gap), obstacles, margins, Contacts(fingers=touches))
         )
 
-    def turning_away(self, gap: float, motion: FloatArray) -> CollisionChecker:
+    def retreat_from_turned_checker(self, gap: float, motion: FloatArray) -> CollisionChecker:
         """Return the checker of motions with the hand empty after the object was pushed and may have turned.
 
         The object is enclosed by an upright cylinder.
@@ -206,28 +206,28 @@ class ArmPlanner:
         pose[:3, 3] += offset
         return straight_path(self.solver, checker, start, pose)
 
-    def timed(self, path: FloatArray, checker: CollisionChecker, pace: float = 1.0) -> Trajectory:
+    def timed(self, path: FloatArray, checker: CollisionChecker, speed_scale: float = 1.0) -> Trajectory:
         """Return the motion along a path, checked; where the blended corners collide they are made tighter.
 
         Args:
             path: waypoints (N, 8).
             checker: the motion has to be free according to it.
-            pace: share of the usual speed.
+            speed_scale: share of the usual speed, in (0, 1].
 
         Raises:
             PlanningError: even nearly sharp corners collide, although the path itself does not.
         """
-        limits = self.limits.scaled(pace)
+        limits = self.limits.scaled(speed_scale)
         for radius in self._options.corner_radii:
             trajectory = time_path(self.group.joint_names, path, limits, radius=radius)
             if checker.path_is_free(self.group.clamp(trajectory.positions[1:-1])):
                 return trajectory
         raise PlanningError("the motion cannot be smoothed without touching something")
 
-    def timed_unchecked(self, path: FloatArray, pace: float) -> Trajectory:
-        """Return the motion along a path (N, 8) that was checked before, with tight corners, at a pace."""
+    def timed_unchecked(self, path: FloatArray, speed_scale: float) -> Trajectory:
+        """Return the motion along a path (N, 8) that was checked before: tight corners, a share of the usual speed."""
         radius = self._options.corner_radii[-1]
-        return time_path(self.group.joint_names, path, self.limits.scaled(pace), radius=radius)
+        return time_path(self.group.joint_names, path, self.limits.scaled(speed_scale), radius=radius)
 
     def lift_path(self, checker: CollisionChecker, q: FloatArray, heights: Sequence[float]) -> FloatArray:
         """Return the straight path (N, 8) up from q (8,) by the first of the heights [m] that is possible.

@@ -94,7 +94,7 @@ def straight_transfer(
     """
     above, down = arm.group.forward(lower[0]), arm.group.forward(lower[-1])
     try:
-        over = straight_path(arm.solver, arm.carrying(grasp, frozenset()), lifted, above)
+        over = straight_path(arm.solver, arm.carry_checker(grasp, frozenset()), lifted, above)
         if float((np.abs(np.diff(over, axis=0)) / arm.limits.velocity).max(axis=1).sum()) > options.straight_limit_s:
             return None, lower
         return over, arm.straight(lowering, over[-1], down[:3, 3] - above[:3, 3])
@@ -131,7 +131,7 @@ def plan_upright_motion(
         PlanningError: no path was found in the time, or none within the limits of the lean if `strict`.
         InCollisionError: the start is in collision.
     """
-    checker = arm.carrying(grasp, frozenset())
+    checker = arm.carry_checker(grasp, frozenset())
     least_limit = max(lean_angle(arm, grasp, start), lean_angle(arm, grasp, goal)) + options.more_lean_rad
     floor = min(arm.scene.table_z, *(float(arm.group.forward(q)[2, 3]) for q in (start, goal)))
     budget = replace(PLANNER, time_s=min(options.search_time_s, arm.search_time_s))

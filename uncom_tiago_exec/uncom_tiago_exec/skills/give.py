@@ -36,9 +36,9 @@ class GiveSkill(GraspingSkill):
         taking = taking_steps(reach)
         arm, grasp = reach.arm, reach.grasp
         path = plan_hold_out(arm, grasp, reach.lift[-1], self.options)
-        carrying = arm.carrying(grasp, frozenset())
-        pace = min(reach.carrying_pace, self.options.pace)
-        return (*taking, move(arm, Stage.TRANSFERRING, (path, carrying, pace), "holding it out"))
+        carrying = arm.carry_checker(grasp, frozenset())
+        speed_scale = min(reach.carrying_speed_scale, self.options.speed_scale)
+        return (*taking, move(arm, Stage.TRANSFERRING, (path, carrying, speed_scale), "holding it out"))
 
     def done_text(self, task: ManipulationTask, held: str) -> str:
         """Return what the robot says."""
@@ -51,7 +51,7 @@ def plan_hold_out(arm: ArmPlanner, grasp: Grasp, lifted: FloatArray, options: Gi
     Raises:
         PlanningError: there is no room to hold it out.
     """
-    carrying = arm.carrying(grasp, frozenset())
+    carrying = arm.carry_checker(grasp, frozenset())
     sign = 1.0 if arm.side == "left" else -1.0
 
     def hold_out(option: tuple[tuple[float, float, float], float]) -> FloatArray:

@@ -89,8 +89,8 @@ def _reach(arm: ArmPlanner, grasp: Grasp, goal: Destination | None, effort: int)
         UnreachableError: of "object" or "place".
         InCollisionError, PlanningError: something is in the way of a straight path.
     """
-    reaching = arm.reaching(grasp.opening)
-    seeds = [arm.start] if arm.last_reaching is None else [arm.last_reaching, arm.start]
+    reaching = arm.approach_checker(grasp.opening)
+    seeds = [arm.start] if arm.last_grasp_configuration is None else [arm.last_grasp_configuration, arm.start]
     try:
         solutions = arm.solver.solutions(grasp.pose, seeds, reaching, count=2 + 2 * effort, restarts=effort)
     except UnreachableError as error:
@@ -98,10 +98,10 @@ def _reach(arm: ArmPlanner, grasp: Grasp, goal: Destination | None, effort: int)
 
     def reach(q: FloatArray) -> Reach:
         approach = arm.straight(reaching, q, -grasp.retreat * grasp.approach)[::-1]
-        lift = arm.lift_path(arm.carrying(grasp, TABLE_ONLY), q, _lift_heights(arm, goal))
+        lift = arm.lift_path(arm.carry_checker(grasp, TABLE_ONLY), q, _lift_heights(arm, goal))
         lifted = Reach(arm, grasp, approach, lift)
         found = lifted if goal is None else plan_release(arm, grasp, goal, lifted, effort)
-        arm.last_reaching = q
+        arm.last_grasp_configuration = q
         return found
 
     blocked = PlanningError("no straight way to the object")

@@ -47,14 +47,14 @@ class Reach:
     options: MotionStepOptions = MOTION_STEPS
 
     @property
-    def carrying_pace(self) -> float:
-        """Share of the full pace at which the object is carried: doubtful grasps and long pendulums are not shaken."""
+    def carrying_speed_scale(self) -> float:
+        """Share of the full speed at which the object is carried: doubtful grasps and long pendulums are not shaken."""
         pads = self.grasp.pose[2, 3] + self.arm.group.gripper.tip * self.grasp.approach[2]
         lever = abs(float(pads - self.arm.scene.moved.middle[2]))
         options = self.options
         swing = 1.0 / (1.0 + options.lever_weight * max(0.0, lever - options.short_lever_m))
-        pace = (options.least_quality_pace + options.quality_pace * self.grasp.quality) * swing
-        return float(np.clip(pace, options.slowest_carrying_pace, options.fastest_carrying_pace))
+        speed_scale = (options.least_quality_speed_scale + options.quality_speed_scale * self.grasp.quality) * swing
+        return float(np.clip(speed_scale, options.slowest_carrying_speed_scale, options.fastest_carrying_speed_scale))
 
     def hop(self) -> float:
         """Rough time from the lifted object to above its place [s]."""
@@ -78,16 +78,21 @@ class Reach:
 def taking_steps(reach: Reach) -> tuple[Step, ...]:
     """Return the steps from the start to the lifted object."""
     arm, grasp, options = reach.arm, reach.grasp, reach.options
-    free, reaching = arm.free(grasp.opening), arm.reaching(grasp.opening)
+    free, reaching = arm.free_motion_checker(grasp.opening), arm.approach_checker(grasp.opening)
     start = arm.group.clamp(arm.start)
     go = arm.transit(free, start, [reach.approach[0]])
-    lifting = arm.carrying(grasp, TABLE_ONLY)
+    lifting = arm.carry_checker(grasp, TABLE_ONLY)
     return (
         GripStep(Stage.APPROACHING, grasp.opening, detail="opening the fingers"),
         move(arm, Stage.APPROACHING, (go, free, 1.0), "to the object"),
-        move(arm, Stage.APPROACHING, (reach.approach, reaching, options.approach_pace), "straight in"),
+        move(arm, Stage.APPROACHING, (reach.approach, reaching, options.approach_speed_scale), "straight in"),
         GripStep(Stage.GRASPING, max(0.0, grasp.width - options.squeeze_m), holding=True, detail="closing the fingers"),
-        move(arm, Stage.LIFTING, (reach.lift, lifting, min(reach.carrying_pace, options.lift_pace)), "straight up"),
+        move(
+            arm,
+            Stage.LIFTING,
+            (reach.lift, lifting, min(reach.carrying_speed_scale, options.lift_speed_scale)),
+            "straight up",
+        ),
     )
 
 
@@ -100,28 +105,34 @@ def placing_steps(reach: Reach, home: FloatArray, gap: float, *, strict: bool = 
     if reach.place is None or reach.lower is None or reach.retreat is None:
         return ()
     arm, grasp, options = reach.arm, reach.grasp, reach.options
-    carrying = arm.carrying(grasp, frozenset())
+    carrying = arm.carry_checker(grasp, frozenset())
     over = reach.over
     if over is None:
         over = plan_upright_motion(arm, grasp, reach.lift[-1], reach.lower[0], strict=strict)
     touches = frozenset({arm.scene.moved.name})
-    leaving = arm.leaving(reach.release_gap, reach.place.motion, touches)
-    away = arm.leaving(reach.release_gap, reach.place.motion, frozenset())
+    leaving = arm.retreat_checker(reach.release_gap, reach.place.motion, touches)
+    away = arm.retreat_checker(reach.release_gap, reach.place.motion, frozenset())
     goal = arm.group.clamp(home)
     if not away.is_free(goal):
         away.lower_margins_at(goal)
     back = arm.transit(away, reach.retreat[-1], [goal])
-    lowering = arm.carrying(grasp, reach.place.touches)
+    lowering = arm.carry_checker(grasp, reach.place.touches)
     down = move(
-        arm, Stage.PLACING, (reach.lower, lowering, min(reach.carrying_pace, options.lower_pace)), "straight down"
+        arm,
+        Stage.PLACING,
+        (reach.lower, lowering, min(reach.carrying_speed_scale, options.lower_speed_scale)),
+        "straight down",
     )
     return (
         move(
-            arm, Stage.TRANSFERRING, (over, carrying, min(reach.carrying_pace, options.transfer_pace)), "to the place"
+            arm,
+            Stage.TRANSFERRING,
+            (over, carrying, min(reach.carrying_speed_scale, options.transfer_speed_scale)),
+            "to the place",
         ),
         _until_contact(down, options.contact_tolerance),
         GripStep(Stage.PLACING, reach.release_gap, detail="letting go"),
-        move(arm, Stage.RETREATING, (reach.retreat, leaving, options.retreat_pace), "straight out"),
+        move(arm, Stage.RETREATING, (reach.retreat, leaving, options.retreat_speed_scale), "straight out"),
         move(arm, Stage.HOMING, (end_at(back, home), away, 1.0), "back to the start"),
         GripStep(Stage.HOMING, gap, detail="fingers as before"),
     )
@@ -133,11 +144,11 @@ def _until_contact(step: MoveStep, tolerance: float) -> MoveStep:
 
 
 def move(arm: ArmPlanner, stage: Stage, motion: tuple[FloatArray, CollisionChecker, float], detail: str) -> MoveStep:
-    """Return the timed step of a motion: path (N, 8) [rad, m], its collision checker, and share of the full pace."""
-    path, checker, pace = motion
+    """Return the timed step of a motion: path (N, 8) [rad, m], its collision checker, and share of the full speed."""
+    path, checker, speed_scale = motion
     limits = arm.limits
     least = shortest_time(path[0], path[-1], (limits.velocity, limits.acceleration, limits.jerk))
-    return MoveStep(stage, arm.timed(path, checker, pace), detail, least)
+    return MoveStep(stage, arm.timed(path, checker, speed_scale), detail, least)
 
 
 def end_at(path: FloatArray, q: FloatArray) -> FloatArray:

@@ -20,7 +20,7 @@ class GiveOptions:
     turns_deg: tuple[float, ...] = tunable(
         (0, 30, -30, 60, -60, 90, -90, 135, -135, 180), unit="deg", meaning="turns about the vertical that are tried"
     )
-    pace: float = tunable(0.8, meaning="largest share of the full pace of holding an object out")
+    speed_scale: float = tunable(0.8, meaning="largest share of the full speed of holding an object out")
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,13 +61,19 @@ class MotionStepOptions:
         0.05, unit="rad, m", meaning="lag of a joint in a slow motion that tells that something holds it up"
     )
     lever_weight: float = tunable(
-        8.0, unit="1/m", meaning="slowing of the carrying pace per length of the lever between finger pads and object"
+        8.0, unit="1/m", meaning="slowing of carrying per length of the lever between finger pads and object"
     )
     short_lever_m: float = tunable(0.03, unit="m", meaning="length of that lever up to which nothing is slowed")
-    least_quality_pace: float = tunable(0.35, meaning="share of the full pace at which a grasp of quality 0 is carried")
-    quality_pace: float = tunable(0.7, meaning="share of the full pace that is added per quality of the grasp")
-    slowest_carrying_pace: float = tunable(0.45, meaning="least share of the full pace at which an object is carried")
-    fastest_carrying_pace: float = tunable(0.9, meaning="largest share of the full pace at which an object is carried")
+    least_quality_speed_scale: float = tunable(
+        0.35, meaning="share of the full speed at which a grasp of quality 0 is carried"
+    )
+    quality_speed_scale: float = tunable(0.7, meaning="share of the full speed that is added per quality of the grasp")
+    slowest_carrying_speed_scale: float = tunable(
+        0.45, meaning="least share of the full speed at which an object is carried"
+    )
+    fastest_carrying_speed_scale: float = tunable(
+        0.9, meaning="largest share of the full speed at which an object is carried"
+    )
     fixed_time_s: float = tunable(
         3.0, unit="s", meaning="time added to that of the free motions before it is divided by the grasp's quality"
     )
@@ -76,11 +82,13 @@ class MotionStepOptions:
     squeeze_m: float = tunable(
         0.02, unit="m", meaning="gap that the fingers are closed to, less than the width of the object"
     )
-    approach_pace: float = tunable(0.8, meaning="share of the full pace of the straight path to the grasp")
-    lift_pace: float = tunable(0.75, meaning="largest share of the full pace of lifting")
-    transfer_pace: float = tunable(0.8, meaning="largest share of the full pace of carrying to the place")
-    lower_pace: float = tunable(0.6, meaning="largest share of the full pace of lowering to the place")
-    retreat_pace: float = tunable(0.9, meaning="share of the full pace of the straight path away from the object")
+    approach_speed_scale: float = tunable(0.8, meaning="share of the full speed of the straight path to the grasp")
+    lift_speed_scale: float = tunable(0.75, meaning="largest share of the full speed of lifting")
+    transfer_speed_scale: float = tunable(0.8, meaning="largest share of the full speed of carrying to the place")
+    lower_speed_scale: float = tunable(0.6, meaning="largest share of the full speed of lowering to the place")
+    retreat_speed_scale: float = tunable(
+        0.9, meaning="share of the full speed of the straight path away from the object"
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,9 +123,9 @@ class PourOptions:
     )
     time_s: float = tunable(3.0, unit="s", meaning="processor time of the search for a tilting motion with one grasp")
     over_m: float = tunable(0.05, unit="m", meaning="height of the mouth's lowest point over what it is poured into")
-    transfer_pace: float = tunable(0.6, meaning="largest share of the full pace of carrying to over the target")
-    tilt_pace: float = tunable(0.5, meaning="share of the full pace of tilting")
-    return_pace: float = tunable(0.7, meaning="share of the full pace of turning upright again")
+    transfer_speed_scale: float = tunable(0.6, meaning="largest share of the full speed of carrying to over the target")
+    tilt_speed_scale: float = tunable(0.5, meaning="share of the full speed of tilting")
+    return_speed_scale: float = tunable(0.7, meaning="share of the full speed of turning upright again")
     step_deg: float = tunable(4.0, unit="deg", meaning="angle between two poses of the tilting vessel")
     turns_deg: tuple[float, ...] = tunable(
         (0, 30, -30, 60, -60, 90, -90, 120, -120, 150, -150, 180),

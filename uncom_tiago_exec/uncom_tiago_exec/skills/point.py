@@ -55,7 +55,7 @@ def pointing(request: PlanRequest) -> tuple[ArmPlanner, FloatArray]:
 
     def reach(option: tuple[ArmPlanner, FloatArray]) -> tuple[ArmPlanner, FloatArray]:
         arm, hand = option
-        return arm, arm.solver.solutions(hand, [arm.start], arm.free(0.0), restarts=0)[0]
+        return arm, arm.solver.solutions(hand, [arm.start], arm.free_motion_checker(0.0), restarts=0)[0]
 
     return Alternatives(
         ((arm, hand) for arm in nearer_first for hand in _hands(arm, at)),
@@ -82,7 +82,7 @@ def _hands(arm: ArmPlanner, at: FloatArray) -> Iterator[FloatArray]:
 
 def pointing_steps(arm: ArmPlanner, q: FloatArray) -> tuple[Step, ...]:
     """Return the steps to a configuration (8,) that points, and back."""
-    free = arm.free(0.0)
+    free = arm.free_motion_checker(0.0)
     go = arm.transit(free, arm.group.clamp(arm.start), [q])
     return (
         GripStep(Stage.APPROACHING, 0.0, detail="closing the fingers"),

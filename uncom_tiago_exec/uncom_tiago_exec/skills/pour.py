@@ -135,7 +135,7 @@ def find_pour(
     moved, target = arm.scene.moved, arm.scene.target
     if target is None:
         raise RefusedError(f"I do not know what to pour the {what} into")
-    carrying = arm.carrying(grasp, frozenset())
+    carrying = arm.carry_checker(grasp, frozenset())
 
     def begin(direction: tuple[FloatArray, float, float]) -> list[tuple[FloatArray, FloatArray]]:
         poses = motions(moved, target, *direction, options) @ grasp.pose
@@ -169,12 +169,12 @@ def find_pour(
 
 def pouring_steps(reach: Reach, pour: PourPath, options: PourOptions = POUR) -> tuple[Step, ...]:
     """Return the steps from the lifted object to over the target, tilting there, and upright again."""
-    arm, carrying = reach.arm, reach.arm.carrying(reach.grasp, frozenset())
-    pace = min(reach.carrying_pace, options.transfer_pace)
+    arm, carrying = reach.arm, reach.arm.carry_checker(reach.grasp, frozenset())
+    speed_scale = min(reach.carrying_speed_scale, options.transfer_speed_scale)
     return (
-        move(arm, Stage.TRANSFERRING, (pour.over, carrying, pace), "to over the target"),
-        move(arm, Stage.TRANSFERRING, (pour.tilt, carrying, options.tilt_pace), "pouring"),
-        move(arm, Stage.TRANSFERRING, (pour.tilt[::-1], carrying, options.return_pace), "upright again"),
+        move(arm, Stage.TRANSFERRING, (pour.over, carrying, speed_scale), "to over the target"),
+        move(arm, Stage.TRANSFERRING, (pour.tilt, carrying, options.tilt_speed_scale), "pouring"),
+        move(arm, Stage.TRANSFERRING, (pour.tilt[::-1], carrying, options.return_speed_scale), "upright again"),
     )
 
 

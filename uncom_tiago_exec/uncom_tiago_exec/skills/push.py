@@ -208,10 +208,10 @@ def _plan_path(
     """Plan a push from one hand pose (4, 4) to another, which moves the object by a displacement (2,) [m]."""
     start, end = hands
     gap = _finger_gap(arm.scene, options)
-    pushing = arm.pushing(gap)
+    pushing = arm.push_checker(gap)
     motion = np.eye(4)
     motion[:2, 3] = displacement
-    behind = arm.reaching(gap)  # fingers only: a palm that touched what is tall would tip it over
+    behind = arm.approach_checker(gap)  # fingers only: a palm that touched what is tall would tip it over
     touch = (end - start)[:3, 3] * (options.before_m / np.linalg.norm((end - start)[:3, 3]))
 
     def push_from(q: FloatArray) -> PushPath:
@@ -228,7 +228,7 @@ def _plan_path(
 def _plan_retreat(arm: ArmPlanner, q: FloatArray, displacement: FloatArray, options: PushOptions) -> FloatArray:
     """Return the path (N, 8) of the hand back from the object, as far as there is room, and up over it."""
     pushing, ups = (
-        arm.pushing(_finger_gap(arm.scene, options)),
+        arm.push_checker(_finger_gap(arm.scene, options)),
         (max(options.heights_m[0], arm.scene.moved.height + options.over_m), *options.heights_m),
     )
     back = np.append(-displacement / np.linalg.norm(displacement), 0.0)
@@ -246,15 +246,19 @@ def _plan_retreat(arm: ArmPlanner, q: FloatArray, displacement: FloatArray, opti
 def pushing_steps(push: PushPath, *, turned: bool) -> tuple[Step, ...]:
     """Return the steps of a push; turned, they leave room for the object whichever way it has turned."""
     arm, gap = push.arm, push.gap
-    free, pushing, away = arm.free(gap), arm.pushing(gap), arm.leaving(gap, push.motion, frozenset())
+    free, pushing, away = (
+        arm.free_motion_checker(gap),
+        arm.push_checker(gap),
+        arm.retreat_checker(gap, push.motion, frozenset()),
+    )
     if turned:
-        away = arm.turning_away(gap, push.motion)
+        away = arm.retreat_from_turned_checker(gap, push.motion)
     go = arm.transit(free, arm.group.clamp(arm.start), [push.down[0]])
     back = arm.transit(away, push.up[-1], [arm.group.clamp(arm.start)])
     return (
         GripStep(Stage.APPROACHING, gap, detail="opening the fingers"),
         move(arm, Stage.APPROACHING, (go, free, 1.0), "to behind the object"),
-        move(arm, Stage.APPROACHING, (push.down, arm.reaching(gap), 0.8), "straight down"),
+        move(arm, Stage.APPROACHING, (push.down, arm.approach_checker(gap), 0.8), "straight down"),
         move(arm, Stage.TRANSFERRING, (push.along, pushing, 0.5), "pushing"),
         move(arm, Stage.RETREATING, (push.up, pushing, 0.9), "back and up"),
         move(arm, Stage.HOMING, (end_at(back, arm.start), away, 1.0), "back to the start"),

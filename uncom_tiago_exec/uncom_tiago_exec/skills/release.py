@@ -30,7 +30,7 @@ def plan_release(
         UnreachableError: of "place".
         InCollisionError, PlanningError: something is in the way of a straight path.
     """
-    carrying = arm.carrying(grasp, goal.touches)
+    carrying = arm.carry_checker(grasp, goal.touches)
     gap = min(grasp.opening, grasp.width + options.opening_m)
 
     def reach(place: Place) -> Reach:
@@ -71,6 +71,6 @@ def _add_retreat(reach: Reach, options: ReleaseOptions) -> Reach:
     arm, place, lower = reach.arm, reach.place, reach.lower
     if place is None or lower is None:
         raise PlanningError("there is no place to leave")
-    leaving = arm.leaving(reach.release_gap, place.motion, frozenset({arm.scene.moved.name}))
+    leaving = arm.retreat_checker(reach.release_gap, place.motion, frozenset({arm.scene.moved.name}))
     out = -max(reach.grasp.retreat, options.least_retreat_m) * place.hand[:3, 0]
     return replace(reach, retreat=arm.straight(leaving, lower[-1], out))
