@@ -59,7 +59,7 @@ def test_motions_keep_out_of_what_is_not_seen_but_do_what_was_asked_for_there():
     rng = np.random.default_rng(4)
     lemon = detection("lemon", ball_cloud(0.58, 0.22, 0.027, rng))
     box = detection("box", box_cloud(0.6, 0.02, 0.2, np.array([0.06, 0.16, 0.22]), rng))
-    planner = ManipulationPlanner(robot(), ExecutionConfig())
+    planner = ManipulationPlanner(robot(), ExecutionConfig(planning_time_s=10.0))
     for place in ((0.56, -0.14), (0.72, 0.03)):  # past the box, and behind it
         task = make_task([lemon, box], "place", place=place)
         plan = planner.plan(task, start_positions())
@@ -72,7 +72,7 @@ def test_motions_keep_out_of_what_is_not_seen_but_do_what_was_asked_for_there():
     assert shadows
     plan = planner.plan(make_task([lemon, box], "place", place=(0.56, -0.14)), start_positions())
     careful = replace(scene, shadows=shadows)
-    arm = ArmPlanner(robot(), plan.side, start_positions(), careful, ExecutionConfig())
+    arm = ArmPlanner(robot(), plan.side, start_positions(), careful, ExecutionConfig(planning_time_s=10.0))
     free = arm.free_motion_checker(arm.start_gap)
     first = next(step.trajectory for step in plan.steps if isinstance(step, MoveStep))
     assert free.path_is_free(arm.group.clamp(first.positions))
