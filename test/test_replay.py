@@ -127,8 +127,8 @@ def test_a_bag_arrives_whole_in_order_and_at_its_pace(bag_path, ear, context):
     arrived = np.array([when for when, _ in ear.heard[DEPTH.name]])
     assert (arrived[-1] - arrived[0]) == pytest.approx(1e-9 * PERIOD_NS * (COUNT - 1), abs=0.1)
     assert played.ended
-    # 1 ms where the machine has nothing else to do; the spacing itself is tested in a time that nothing delays.
-    assert played.median_late_s < 0.1
+    # Within 5 ms where the machine is not busy otherwise; half of the time at least where it is.
+    assert played.median_late_s < 0.005
     clock = [msg.clock.sec + 1e-9 * msg.clock.nanosec for _, msg in ear.heard["/clock"]]
     assert clock == sorted(clock)
     assert clock[0] >= 5.0
